@@ -1,0 +1,146 @@
+"""Settings of a plan: one frozen model a stage, strict TOML in and out."""
+
+import tomllib
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from planner.errors import PlannerError
+
+
+class _Settings(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class SceneSettings(_Settings):
+    """How the source is read and cleaned.
+
+    ``up`` is the source's vertical axis (``auto`` follows the format: GLB is y-up, the rest z-up).
+    ``unit`` is the length of one source unit in metres, or ``auto``.
+    ``outlier_neighbours`` and ``outlier_sigma``: a point whose mean distance to so many neighbours
+    exceeds the mean by that many standard deviations is dropped.
+    ``max_points`` bounds the memory: denser clouds are thinned to it first.
+    """
+
+    up: Literal["auto", "x", "y", "z"] = "auto"
+    unit: float | Literal["auto"] = "auto"
+    crs: str | None = None
+    outlier_neighbours: int = Field(default=16, ge=2, le=200)
+    outlier_sigma: float = Field(default=5.0, gt=0.0)
+    normal_neighbours: int = Field(default=16, ge=4, le=200)
+    max_points: int = Field(default=4_000_000, ge=1_000)
+
+
+class CameraSettings(_Settings):
+    """A pinhole camera on a gimbal; defaults: 20 megapixels, 84 degrees across the diagonal."""
+
+    width_px: int = Field(default=5472, ge=16)
+    height_px: int = Field(default=3648, ge=16)
+    diagonal_deg: float = Field(default=84.0, gt=1.0, lt=170.0)
+    pitch_min_deg: float = Field(default=-90.0, ge=-90.0, le=90.0)
+    pitch_max_deg: float = Field(default=0.0, ge=-90.0, le=90.0)
+
+
+class ScaleSettings(_Settings):
+    """Lengths, metres; ``None`` derives them from the bounding box and the camera."""
+
+    radius: float | None = Field(default=None, gt=0.0)
+    radius_share: float = Field(default=0.015, gt=0.0, lt=0.2)
+    gsd: float | None = Field(default=None, gt=0.0)
+    d_min: float | None = Field(default=None, gt=0.0)
+    d_max: float | None = Field(default=None, gt=0.0)
+    voxel: float | None = Field(default=None, gt=0.0)
+    poisson_depth: int | None = Field(default=None, ge=4, le=11)
+    prior_noise: float | None = Field(default=None, ge=0.0)
+
+
+class SurfaceSettings(_Settings):
+    """Poisson surface and its samples.
+
+    ``clusters`` is the wanted number of clusters by position and normal (``None``: one per about
+    400 samples). ``trim`` drops Poisson triangles farther than that many radii from any point.
+    """
+
+    clusters: int | None = Field(default=None, ge=1)
+    trim: float = Field(default=5.0, gt=0.0)
+
+
+class QualitySettings(_Settings):
+    """Variants of Eqs. 1 to 5; the defaults find holes and noise best (see docs)."""
+
+    density_weight: Literal["intended", "printed"] = "intended"
+    gradient: Literal["smoothed", "spectral", "none"] = "smoothed"
+    smoothness: Literal["mean", "sum"] = "mean"
+    angle_deg: float = Field(default=30.0, gt=0.0, le=180.0)
+    clip_percent: float = Field(default=1.0, ge=0.0, lt=50.0)
+
+
+class ZoneSettings(_Settings):
+    """A prism in local metres: ``keep_out`` forbids its inside, ``keep_in`` its outside."""
+
+    kind: Literal["keep_out", "keep_in"] = "keep_out"
+    polygon: tuple[tuple[float, float], ...] = Field(min_length=3)
+    bottom: float | None = None
+    top: float | None = None
+    name: str = ""
+
+
+class AirspaceSettings(_Settings):
+    """No-fly hull and zones. ``ceiling`` is metres above the ground under the drone."""
+
+    ceiling: float | None = Field(default=None, gt=0.0)
+    zones: tuple[ZoneSettings, ...] = ()
+
+
+class ViewpointSettings(_Settings):
+    """Which photos to take; ``preset`` chooses set cover or the paper's local and global views."""
+
+    preset: Literal["cover", "paper"] = "cover"
+    solver: str = "greedy"
+    aims: int = Field(default=4, ge=1, le=62)
+    hits: int = Field(default=3, ge=1, le=20)
+    sectors: int = Field(default=2, ge=0, le=8)
+    extra_hits: int = Field(default=1, ge=0, le=20)
+    low_quality_share: float = Field(default=0.25, ge=0.0, le=1.0)
+    max_incidence_deg: float = Field(default=70.0, gt=0.0, lt=90.0)
+    confidence_price: float = Field(default=0.2, ge=0.0)
+    max_candidates: int = Field(default=12_000, ge=10)
+    score_threshold: float = Field(default=0.3, ge=0.0, le=1.0)
+    exclusion_voxels: int = Field(default=1, ge=0)
+    marks: int = Field(default=2, ge=1)
+    iterations: int | None = Field(default=None, ge=1)
+
+
+class RouteSettings(_Settings):
+    """The order of the photos; ``start`` is a viewpoint's local position to begin nearest to."""
+
+    cost: Literal["paper", "seconds"] = "paper"
+    solver: str = "two-opt"
+    iterations: int | None = Field(default=None, ge=1)
+    start: tuple[float, float, float] | None = None
+    closed: bool = False
+
+
+class FlightSettings(_Settings):
+    """The curve between photos. ``handle`` is the Bezier handle as a share of the chord."""
+
+    speed: float = Field(default=4.0, gt=0.0)
+    handle: float = Field(default=1.0 / 3.0, gt=0.0, le=0.5)
+    solver: str = "rrt-connect"
+    iterations: int = Field(default=20_000, ge=10)
+
+
+class Config(_Settings):
+    """Everything that shapes a plan; the same config, seed and source give the same plan."""
+
+    seed: int = Field(default=0, ge=0)
+    scene: SceneSettings = SceneSettings()
+    camera: CameraSettings = CameraSettings()
+    scale: ScaleSettings = ScaleSettings()
+    surface: SurfaceSettings = SurfaceSettings()
+    quality: QualitySettings = QualitySettings()
+    airspace: AirspaceSettings = AirspaceSettings()
+    viewpoints: ViewpointSettings = ViewpointSettings()
+    route: RouteSettings = RouteSettings()
+    flight: FlightSettings = FlightSettings()

@@ -1,0 +1,26 @@
+"""What a plan could not fulfil, or did otherwise than asked."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that the reader of a plan must know.
+
+    Parameters
+    ----------
+    stage
+        Room that found it, such as ``"flight"``.
+    code
+        Stable short name, such as ``"viewpoint-dropped"``.
+    message
+        One sentence with the numbers.
+    number
+        The number that matters (a count, a distance), for programs.
+
+    """
+
+    stage: str
+    code: str
+    message: str
+    number: float = 0.0

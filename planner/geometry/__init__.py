@@ -1,0 +1,1 @@
+"""Geometry that knows only arrays: angles, frames, Bezier curves, voxels."""

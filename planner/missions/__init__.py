@@ -1,0 +1,1 @@
+"""Files that leave the planner, and the check that reads them back."""

@@ -1,0 +1,1 @@
+"""Numbers and pictures of a plan: the only room that draws."""

@@ -1,0 +1,1 @@
+"""In which order to fly (paper section 3.4)."""

@@ -1,0 +1,1 @@
+"""What is known of the place: cloud, mesh, ground, box and frame."""

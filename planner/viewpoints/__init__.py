@@ -1,0 +1,1 @@
+"""Which photos to take (paper section 3.3.2)."""
