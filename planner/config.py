@@ -1,6 +1,8 @@
 """Settings of a plan: one frozen model a stage, strict TOML in and out."""
 
+import json
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -144,3 +146,103 @@ class Config(_Settings):
     viewpoints: ViewpointSettings = ViewpointSettings()
     route: RouteSettings = RouteSettings()
     flight: FlightSettings = FlightSettings()
+
+    def to_toml(self) -> str:
+        """Every setting as TOML; settings that are ``None`` are left out (they are derived)."""
+        return _toml_of(self.model_dump(mode="json", exclude_none=True))
+
+
+def load_config(path: str | Path | None = None, overrides: Sequence[str] = ()) -> Config:
+    """Read settings from a TOML file and from single assignments.
+
+    Parameters
+    ----------
+    path
+        TOML file with any part of the settings; ``None`` starts from the defaults.
+    overrides
+        Assignments such as ``"route.solver=ortools"``, applied after the file. A value is read as
+        TOML where it is TOML and as text otherwise.
+
+    Returns
+    -------
+    config
+        All settings, validated.
+
+    Raises
+    ------
+    PlannerError
+        If the file cannot be read, or a key or value is not known; the message names it.
+
+    """
+    source = "--set" if path is None else str(path)
+    tree: dict[str, Any] = {}
+    if path is not None:
+        try:
+            tree = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        except OSError as error:
+            raise PlannerError(
+                f"{path}: cannot be read ({error.strerror}); check the path"
+            ) from None
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise PlannerError(f"{path}: is not valid TOML ({error}); mend that line") from None
+    for assignment in overrides:
+        _assign(tree, assignment)
+    try:
+        return Config.model_validate(tree)
+    except ValidationError as error:
+        raise PlannerError(f"{source}: {_first_fault(error)}") from None
+
+
+def _assign(tree: dict[str, Any], assignment: str) -> None:
+    """Put one ``table.key=value`` into the tree of settings."""
+    key, equals, text = assignment.partition("=")
+    parts = key.strip().split(".")
+    if not equals or not all(parts):
+        raise PlannerError(
+            f"--set {assignment}: is no assignment; write it as route.solver=ortools"
+        )
+    try:
+        value = tomllib.loads(f"value = {text.strip()}")["value"]
+    except tomllib.TOMLDecodeError:
+        value = text.strip()
+    for part in parts[:-1]:
+        tree = tree.setdefault(part, {})
+        if not isinstance(tree, dict):
+            raise PlannerError(f"--set {assignment}: {part} is a value and has no keys of its own")
+    tree[parts[-1]] = value
+
+
+def _first_fault(error: ValidationError) -> str:
+    """Say the first thing that is wrong with the settings, and how to mend it, in one line."""
+    fault = error.errors(include_url=False)[0]
+    where = ".".join(str(part) for part in fault["loc"])
+    if fault["type"] == "extra_forbidden":
+        table: Any = Config()
+        for part in fault["loc"][:-1]:
+            table = getattr(table, str(part), None)
+        known = (
+            ", ".join(type(table).model_fields) if isinstance(table, BaseModel) else "fewer keys"
+        )
+        return f"unknown setting {where}; known here: {known}"
+    return f"setting {where} = {fault['input']!r} is refused ({fault['msg']}); change or remove it"
+
+
+def _toml_of(tree: dict[str, Any]) -> str:
+    """Write nested dicts of plain values as TOML, tables last as TOML wants it."""
+    lines = [
+        f"{key} = {_value(value)}" for key, value in tree.items() if not isinstance(value, dict)
+    ]
+    for key, table in tree.items():
+        if isinstance(table, dict):
+            lines += ["", f"[{key}]"]
+            lines += [f"{name} = {_value(value)}" for name, value in table.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _value(value: Any) -> str:
+    """One TOML value; a dict becomes an inline table."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key} = {_value(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    return json.dumps(value, ensure_ascii=True)  # TOML's text, numbers and booleans are JSON's
