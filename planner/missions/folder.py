@@ -1,0 +1,87 @@
+"""A folder that appears whole or not at all."""
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from planner.errors import PlannerError
+
+
+def refuse_folder(target: str | Path, *, overwrite: bool) -> None:
+    """Refuse an output folder that could not be written in the end, before any work is done.
+
+    Raises
+    ------
+    PlannerError
+        If the folder exists and may not be replaced, is a file, or its parent is not writable.
+
+    """
+    target = Path(target)
+    if target.is_symlink() or (target.exists() and not target.is_dir()):
+        raise PlannerError(f"{target}: is not a folder; name a new folder with --out")
+    if target.exists() and not overwrite:
+        raise PlannerError(f"{target}: exists already; name another folder or pass --overwrite")
+    if target.exists() and any(target.iterdir()) and not (target / "report.json").is_file():
+        raise PlannerError(
+            f"{target}: holds something other than a plan and is left alone; name another"
+        )
+    parent = target.absolute().parent
+    while not parent.exists():
+        parent = parent.parent
+    if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
+        raise PlannerError(
+            f"{target}: cannot be written under {parent}; choose a folder you may write to"
+        )
+
+
+@contextmanager
+def whole_folder(target: str | Path, *, overwrite: bool = False) -> Iterator[Path]:
+    """Yield an empty folder beside ``target`` that takes its place when the block succeeds.
+
+    Parameters
+    ----------
+    target
+        Folder to be made; its parents are made too.
+    overwrite
+        Whether an earlier plan of that name may be replaced.
+
+    Yields
+    ------
+    folder
+        Temporary folder to write into; removed if the block raises.
+
+    Raises
+    ------
+    PlannerError
+        As :func:`refuse_folder`, or if the place cannot be written to.
+
+    """
+    refuse_folder(target, overwrite=overwrite)
+    target = Path(target)
+    try:
+        target.absolute().parent.mkdir(parents=True, exist_ok=True)
+        draft = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.absolute().parent))
+    except OSError as error:
+        raise PlannerError(
+            f"{target}: cannot be written ({error.strerror}); choose another folder"
+        ) from None
+    try:
+        draft.chmod(0o755)
+        yield draft
+        if target.exists():
+            earlier = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=draft.parent))
+            target.replace(earlier / "plan")
+            draft.replace(target)
+            shutil.rmtree(earlier)
+        else:
+            draft.replace(target)
+    except OSError as error:
+        raise PlannerError(
+            f"{target}: cannot be written ({error}); free some space or choose another folder"
+        ) from None
+    finally:
+        if draft.exists():
+            shutil.rmtree(draft, ignore_errors=True)

@@ -1,0 +1,183 @@
+"""One picture of a plan: from the top and from the side."""
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner.geometry.arrays import Bools, Floats
+from planner.viewpoints.viewpoints import Viewpoints
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+INK, PAPER = "#1b2733", "#ffffff"
+PATH_COLOUR, REPAIRED_COLOUR, VIEW_COLOUR = "#14558f", "#d1007a", "#1b2733"
+START_COLOUR = "#f0a202"
+TOP = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+MOST_POINTS = 120_000
+
+
+def oblique(azimuth_deg: float = -60.0, elevation_deg: float = 32.0) -> Floats:
+    """Orthographic view from a side: rows are right, up and towards the viewer, shape (3, 3)."""
+    azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
+    towards = np.array(
+        [
+            np.cos(elevation) * np.cos(azimuth),
+            np.cos(elevation) * np.sin(azimuth),
+            np.sin(elevation),
+        ]
+    )
+    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    return np.stack([right, np.cross(towards, right), towards])
+
+
+def draw_overview(
+    path: Path,
+    *,
+    title: str,
+    points: Floats,
+    quality: Floats,
+    radius: float,
+    viewpoints: Viewpoints,
+    curve: Floats,
+    repaired: Bools,
+    caption: str,
+) -> None:
+    """Draw the scene by quality, the viewpoints with their directions, and the path.
+
+    Parameters
+    ----------
+    path
+        PNG file to write.
+    title
+        Line above the picture.
+    points, quality
+        Points of the scene, shape (N, 3), metres, and the quality of each in [0, 1], shape (N,).
+    radius
+        Size that a point stands for, metres.
+    viewpoints
+        Viewpoints in visiting order.
+    curve, repaired
+        Dense points along the flown curve, shape (K, 3), and whether each lies on a repaired leg.
+    caption
+        Line below the picture.
+
+    """
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    if len(points) > MOST_POINTS:
+        rows = np.linspace(0, len(points) - 1, MOST_POINTS).astype(np.int64)
+        points, quality = points[rows], quality[rows]
+    figure = Figure(figsize=(17.0, 9.0), dpi=110, facecolor=PAPER)
+    FigureCanvasAgg(figure)
+    panels = figure.subplots(1, 2, gridspec_kw={"width_ratios": (1.0, 1.15)})
+    shown: Any = None
+    for axes, view, name in zip(panels, (TOP, oblique()), ("top", "oblique"), strict=True):
+        shown = _points(axes, view, points, quality, radius)
+        _flight(axes, view, viewpoints, curve, repaired)
+        _frame(axes, np.vstack([points, viewpoints.positions, curve]) @ view.T)
+        axes.set_title(f"{name} view", fontsize=11, color=INK)
+    panels[0].set_xlabel("local x, metres")
+    panels[0].set_ylabel("local y, metres")
+    panels[1].set_xticks([])
+    panels[1].set_yticks([])
+    _legend(panels[1], bool(repaired.any()))
+    figure.subplots_adjust(left=0.05, right=0.93, top=0.90, bottom=0.09, wspace=0.05)
+    bar = figure.add_axes((0.945, 0.15, 0.012, 0.68))
+    figure.colorbar(shown, cax=bar, label="quality of the coarse model (0 unknown, 1 well known)")
+    figure.suptitle(title, fontsize=15, color=INK, x=0.05, ha="left", fontweight="bold")
+    figure.text(0.05, 0.02, caption, fontsize=10, color=INK)
+    buffer = io.BytesIO()
+    with mpl.rc_context({"savefig.facecolor": PAPER}):
+        figure.savefig(buffer, format="png", metadata={"Software": None})
+    path.write_bytes(buffer.getvalue())
+
+
+def _points(axes: "Axes", view: Floats, points: Floats, quality: Floats, radius: float) -> Any:
+    """Draw the scene's points by quality, far ones first."""
+    flat = points @ view.T
+    order = np.argsort(flat[:, 2], kind="stable")
+    span = float((flat[:, :2].max(axis=0) - flat[:, :2].min(axis=0)).max()) if len(flat) else 1.0
+    dot = min(max((300.0 * radius / span) ** 2, 1.5), 40.0) if len(flat) < 40_000 else 1.5
+    return axes.scatter(
+        flat[order, 0],
+        flat[order, 1],
+        c=quality[order],
+        cmap="RdYlGn",
+        vmin=0.0,
+        vmax=1.0,
+        s=dot,
+        linewidths=0.0,
+        rasterized=True,
+    )
+
+
+def _flight(
+    axes: "Axes", view: Floats, viewpoints: Viewpoints, curve: Floats, repaired: Bools
+) -> None:
+    """Draw the path, the repaired legs, and each viewpoint with its direction."""
+    positions = viewpoints.positions @ view.T
+    look = viewpoints.directions @ view.T
+    line = curve @ view.T
+    axes.plot(line[:, 0], line[:, 1], color=PATH_COLOUR, linewidth=1.1, alpha=0.85, zorder=3)
+    mended = np.where(repaired[:, None], line[:, :2], np.nan)
+    axes.plot(mended[:, 0], mended[:, 1], color=REPAIRED_COLOUR, linewidth=2.2, zorder=4)
+    span = float(np.ptp(line[:, :2], axis=0).max()) if len(line) else 1.0
+    axes.quiver(
+        positions[:, 0],
+        positions[:, 1],
+        look[:, 0],
+        look[:, 1],
+        angles="xy",
+        scale_units="xy",
+        scale=1.0 / max(0.022 * span, 1e-9),
+        width=0.0016,
+        color=VIEW_COLOUR,
+        zorder=5,
+    )
+    axes.scatter(positions[:, 0], positions[:, 1], s=7.0, color=VIEW_COLOUR, zorder=6)
+    start = positions[:1]
+    axes.scatter(
+        start[:, 0], start[:, 1], s=70.0, marker="^", color=START_COLOUR, edgecolor=INK, zorder=7
+    )
+
+
+def _frame(axes: "Axes", everything: Floats) -> None:
+    """Show all of it, with equal scales and a margin."""
+    low, high = everything[:, :2].min(axis=0), everything[:, :2].max(axis=0)
+    margin = 0.04 * float((high - low).max())
+    axes.set_xlim(low[0] - margin, high[0] + margin)
+    axes.set_ylim(low[1] - margin, high[1] + margin)
+    axes.set_aspect("equal")
+    axes.tick_params(labelsize=8, colors=INK)
+    for spine in axes.spines.values():
+        spine.set_color("#c5ccd3")
+
+
+def _legend(axes: "Axes", repaired: bool) -> None:
+    """Name the marks."""
+    from matplotlib.lines import Line2D
+
+    marks = [
+        Line2D([], [], color=PATH_COLOUR, label="path"),
+        Line2D(
+            [], [], color=VIEW_COLOUR, marker="o", markersize=3, label="viewpoint and direction"
+        ),
+        Line2D(
+            [],
+            [],
+            color="none",
+            marker="^",
+            markerfacecolor=START_COLOUR,
+            markeredgecolor=INK,
+            markersize=8,
+            label="start",
+        ),
+    ]
+    if repaired:
+        marks.insert(1, Line2D([], [], color=REPAIRED_COLOUR, linewidth=2.2, label="repaired leg"))
+    axes.legend(handles=marks, loc="upper right", fontsize=9, framealpha=0.9)
