@@ -17,6 +17,8 @@ class Finding:
         One sentence with the numbers.
     number
         The number that matters (a count, a distance), for programs.
+    partial
+        Whether something that was asked for, and could be had, is not done.
 
     """
 
@@ -24,3 +26,4 @@ class Finding:
     code: str
     message: str
     number: float = 0.0
+    partial: bool = True
