@@ -115,13 +115,21 @@ class ViewpointSettings(_Settings):
 
 
 class RouteSettings(_Settings):
-    """The order of the photos; ``start`` is a viewpoint's local position to begin nearest to."""
+    """The order of the photos; ``start`` is a viewpoint's local position to begin nearest to.
+
+    ``cost`` is the paper's Eq. 11 or the time of the switch; only the latter reads ``speed``
+    (metres a second), ``turn_rate_deg`` (of yaw and of gimbal, degrees a second) and
+    ``stop_seconds`` (spent at each photo).
+    """
 
     cost: Literal["paper", "seconds"] = "paper"
     solver: str = "two-opt"
     iterations: int | None = Field(default=None, ge=1)
     start: tuple[float, float, float] | None = None
     closed: bool = False
+    speed: float = Field(default=4.0, gt=0.0)
+    turn_rate_deg: float = Field(default=60.0, gt=0.0)
+    stop_seconds: float = Field(default=1.0, ge=0.0)
 
 
 class FlightSettings(_Settings):
