@@ -253,4 +253,5 @@ def _value(value: Any) -> str:
         return "{" + ", ".join(f"{key} = {_value(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list):
         return "[" + ", ".join(map(_value, value)) + "]"
-    return json.dumps(value, ensure_ascii=True)  # TOML's text, numbers and booleans are JSON's
+    # TOML's text, numbers and booleans are JSON's, but for surrogate pairs and the delete character
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

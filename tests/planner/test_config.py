@@ -1,0 +1,65 @@
+"""Settings are strict, and survive being written and read."""
+
+import tomllib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.config import Config, load_config
+from planner.errors import PlannerError
+
+
+@given(
+    st.integers(0, 2**31),
+    st.floats(0.001, 50.0),
+    st.one_of(st.none(), st.floats(1.0, 200.0)),
+    st.text(max_size=20),
+)
+def test_settings_survive_toml(seed, radius, ceiling, name):
+    zone = {"polygon": ((0.0, 0.0), (1.0, 0.5), (0.0, 1.0)), "name": name}
+    config = Config.model_validate(
+        {
+            "seed": seed,
+            "scale": {"radius": radius},
+            "airspace": {"ceiling": ceiling, "zones": (zone,)},
+        }
+    )
+    assert Config.model_validate(tomllib.loads(config.to_toml())) == config
+
+
+def test_assignments_are_applied_after_the_file(tmp_path):
+    path = tmp_path / "scan.toml"
+    path.write_text("[route]\nsolver = 'nearest'\nclosed = true\n")
+    config = load_config(path, ["route.solver=ortools", "scale.gsd=0.02"])
+    assert (config.route.solver, config.route.closed, config.scale.gsd) == ("ortools", True, 0.02)
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("[route]\nsolvr = 'x'\n", r"route\.solvr; known here: .*solver"),
+        ("speed = 3\n", "unknown setting speed; known here: seed, scene"),
+        ("[scale]\nradius = -1.0\n", r"scale\.radius = -1\.0"),
+        ("[scale\n", "not valid TOML"),
+        ("seed = nan\n", "seed"),
+    ],
+)
+def test_a_wrong_setting_is_named_with_its_file_in_one_line(tmp_path, text, named):
+    path = tmp_path / "scan.toml"
+    path.write_text(text)
+    with pytest.raises(PlannerError, match=named) as caught:
+        load_config(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("assignment", ["route", "=3", "route.=3", "seed.x=1", "route.solver"])
+def test_what_is_no_assignment_is_refused(assignment):
+    with pytest.raises(PlannerError):
+        load_config(None, ["seed=1", assignment])
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(PlannerError, match=r"none\.toml"):
+        load_config(tmp_path / "none.toml")
