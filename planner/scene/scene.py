@@ -95,6 +95,9 @@ class Scene:
         Hash of that file, or of the synthetic arrays.
     notes
         What reading found and decided, one sentence each, for the report.
+    strays
+        Points that cleaning dropped, shape (K, 3), metres, local frame, or ``None``: noise as a
+        rule, but a wire or a mast's tip may be among them, so that flight should avoid them too.
 
     """
 
@@ -108,3 +111,8 @@ class Scene:
     source: str | None = None
     sha256: str = ""
     notes: tuple[str, ...] = ()
+    strays: Floats | None = None
+
+    def __post_init__(self) -> None:
+        if self.strays is not None:
+            object.__setattr__(self, "strays", read_only(self.strays, (None, 3), name="strays"))

@@ -1,0 +1,97 @@
+"""Which reader reads a file: by its extension, after a look at its first bytes."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from planner.errors import PlannerError
+from planner.scene.readers.las import read_las
+from planner.scene.readers.ply import read_ply
+from planner.scene.readers.source import Source, refusal
+
+_READERS: dict[str, Callable[[Path], Source]] = {
+    ".ply": read_ply,
+}
+_LAS = (".las", ".laz")
+MESH_ONLY = (".obj", ".stl", ".off", ".glb", ".gltf")
+
+
+def extensions() -> tuple[str, ...]:
+    """Every extension that :func:`read_source` takes, sorted."""
+    return tuple(sorted((*_READERS, *_LAS)))
+
+
+def read_source(path: Path, *, limit: int) -> Source:
+    """Read a scene file by its extension.
+
+    Parameters
+    ----------
+    path
+        File to read.
+    limit
+        Most points to take from a format that is made for huge clouds (LAS).
+
+    Returns
+    -------
+    source
+        The content, with at least one point.
+
+    Raises
+    ------
+    PlannerError
+        If the file is missing, empty, of an unknown or wrong extension, or damaged.
+
+    """
+    _check_file(path)
+    kind = path.suffix.lower()
+    source = read_las(path, limit=limit) if kind in _LAS else _READERS[kind](path)
+    if len(source.xyz) == 0:
+        raise refusal(path, "it holds no points", "give a scan with points or a mesh with faces")
+    if source.triangles is not None and len(source.triangles) == 0:
+        raise refusal(path, "the mesh has no faces", "export it with faces, or as a PLY cloud")
+    return source
+
+
+def _check_file(path: Path) -> None:
+    if path.is_dir():
+        raise refusal(path, "it is a folder", "name a scene file in it")
+    if not path.exists():
+        raise refusal(path, "there is no such file", "check the path")
+    if not path.is_file():
+        raise refusal(path, "it is no ordinary file", "name a scene file")
+    kind = path.suffix.lower()
+    if kind not in extensions():
+        known = " ".join(extensions())
+        raise refusal(path, f"the extension {kind!r} is unknown", f"convert it to one of {known}")
+    try:
+        with path.open("rb") as file:
+            start = file.read(4096)
+    except OSError as error:
+        raise PlannerError(f"{path}: {error.strerror}; make it readable") from error
+    if not start:
+        raise refusal(path, "the file is empty", "copy or export it again")
+    found = sniff(start)
+    if found is not None and kind not in found:
+        better = path.with_suffix(found[0]).name
+        wrong = f"its content is {found[0][1:].upper()}, not {kind[1:].upper()}"
+        raise refusal(path, wrong, f"rename it to {better}")
+
+
+def sniff(start: bytes) -> tuple[str, ...] | None:
+    """Extensions that fit the first bytes of a file, best first; ``None`` if they do not say."""
+    text = start.lstrip(b"\xef\xbb\xbf").lstrip()
+    for magic, kinds in (
+        (b"ply", (".ply",)),
+        (b"LASF", (".laz", ".las")),
+        (b"glTF", (".glb",)),
+        (b"# .PCD", (".pcd",)),
+        (b"OFF", (".off",)),
+        (b"COFF", (".off",)),
+        (b"PK\x03\x04", (".zip",)),
+        (b"\x1f\x8b", (".gz",)),
+        (b"<?xml", (".xml",)),
+        (b"\x89PNG", (".png",)),
+        (b"\xff\xd8\xff", (".jpg",)),
+    ):
+        if text.startswith(magic):
+            return kinds
+    return None
