@@ -1,0 +1,1 @@
+"""A made-up town block: parcels, buildings, bridge and trees as closed solids."""
