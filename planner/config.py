@@ -96,19 +96,35 @@ class AirspaceSettings(_Settings):
 
 
 class ViewpointSettings(_Settings):
-    """Which photos to take; ``preset`` chooses set cover or the paper's local and global views."""
+    """Which photos to take; ``preset`` chooses set cover or the paper's local and global views.
+
+    Preset ``cover``: each position offers its best ``aims`` of ``aim_directions`` directions;
+    each sample wants ``hits`` photos from at least ``sectors`` of ``sector_count`` direction
+    sectors, the ``low_quality_share`` of worst quality ``extra_hits`` more, none at an incidence
+    above ``max_incidence_deg``; a photo costs 1 + ``confidence_price`` (1 - mean confidence).
+
+    Preset ``paper``: samples of a quality below ``score_threshold`` get local views
+    (``local_views``: ``each`` its own, as printed, or only while ``unmarked``), then global
+    views follow until all have ``marks`` scanned marks, at least ``exclusion_voxels`` apart.
+
+    ``confidence_angle_deg`` is where the orientation term of Eq. 7 falls to 1/e.
+    """
 
     preset: Literal["cover", "paper"] = "cover"
     solver: str = "greedy"
     aims: int = Field(default=4, ge=1, le=62)
+    aim_directions: int = Field(default=62, ge=1, le=64)
     hits: int = Field(default=3, ge=1, le=20)
     sectors: int = Field(default=2, ge=0, le=8)
+    sector_count: int = Field(default=8, ge=1, le=64)
     extra_hits: int = Field(default=1, ge=0, le=20)
     low_quality_share: float = Field(default=0.25, ge=0.0, le=1.0)
     max_incidence_deg: float = Field(default=70.0, gt=0.0, lt=90.0)
+    confidence_angle_deg: float = Field(default=30.0, gt=0.0, le=180.0)
     confidence_price: float = Field(default=0.2, ge=0.0)
     max_candidates: int = Field(default=12_000, ge=10)
     score_threshold: float = Field(default=0.3, ge=0.0, le=1.0)
+    local_views: Literal["unmarked", "each"] = "unmarked"
     exclusion_voxels: int = Field(default=1, ge=0)
     marks: int = Field(default=2, ge=1)
     iterations: int | None = Field(default=None, ge=1)

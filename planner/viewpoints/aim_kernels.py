@@ -1,0 +1,92 @@
+"""Compiled loops over aim directions; import only where candidates are made."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+
+
+@njit(cache=True)
+def best_aims(  # noqa: PLR0917 - compiled
+    positions: Array,
+    samples: Array,
+    indptr: Array,
+    sample: Array,
+    axes: Array,
+    bounds: Array,
+    weights: Array,
+    chosen: Array,
+    sizes: Array,
+    masks: Array,
+) -> None:
+    """Choose each position's aims one by one by the weight of what they newly see.
+
+    ``axes`` (A, 3, 3) and ``bounds`` describe the A <= 64 pictures. ``chosen`` (V, most) gets
+    the aims in order of choice, -1 where nothing new is left; ``sizes`` how many pairs each
+    holds; ``masks`` (n,) the aims that hold each pair, a bit each.
+    """
+    aims, most = len(axes), chosen.shape[1]
+    west, east, south, north = bounds[0], bounds[1], bounds[2], bounds[3]
+    gain = np.empty(aims)
+    one = np.uint64(1)
+    for v in range(len(positions)):
+        gain[:] = 0.0
+        for at in range(indptr[v], indptr[v + 1]):
+            s = sample[at]
+            x = samples[s, 0] - positions[v, 0]
+            y = samples[s, 1] - positions[v, 1]
+            z = samples[s, 2] - positions[v, 2]
+            mask = np.uint64(0)
+            for a in range(aims):
+                depth = axes[a, 2, 0] * x + axes[a, 2, 1] * y + axes[a, 2, 2] * z
+                if depth <= 0.0:
+                    continue
+                right = axes[a, 0, 0] * x + axes[a, 0, 1] * y + axes[a, 0, 2] * z
+                if right < west * depth or right > east * depth:
+                    continue
+                up = axes[a, 1, 0] * x + axes[a, 1, 1] * y + axes[a, 1, 2] * z
+                if up < south * depth or up > north * depth:
+                    continue
+                mask |= one << np.uint64(a)
+                gain[a] += weights[s]
+            masks[at] = mask
+        for turn in range(most):
+            chosen[v, turn], sizes[v, turn] = -1, 0
+        seen = np.uint64(0)
+        for turn in range(most):
+            best = 0
+            for a in range(1, aims):
+                if gain[a] > gain[best]:
+                    best = a
+            bit = one << np.uint64(best)
+            size, fresh = 0, 0
+            for at in range(indptr[v], indptr[v + 1]):
+                mask = masks[at]
+                if not mask & bit:
+                    continue
+                size += 1
+                if mask & seen:
+                    continue
+                fresh += 1
+                for a in range(aims):
+                    if mask & (one << np.uint64(a)):
+                        gain[a] -= weights[sample[at]]
+            if fresh == 0:
+                break
+            chosen[v, turn], sizes[v, turn] = best, size
+            seen |= bit
+
+
+@njit(cache=True)
+def list_pairs(indptr: Array, masks: Array, owner: Array, aim: Array, out: Array) -> None:
+    """Write the pairs that each candidate (position ``owner``, ``aim``) holds, in order."""
+    count = 0
+    for k in range(len(owner)):
+        bit = np.uint64(1) << np.uint64(aim[k])
+        for at in range(indptr[owner[k]], indptr[owner[k] + 1]):
+            if masks[at] & bit:
+                out[count] = at
+                count += 1

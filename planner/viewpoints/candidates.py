@@ -1,0 +1,186 @@
+"""Poses among which viewpoints are chosen, and what each sees."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.geometry.angles import yaw_pitch
+from planner.geometry.arrays import Floats, Ints
+from planner.surface.samples import SurfaceSamples
+from planner.viewpoints.camera import Camera
+from planner.viewpoints.frustum import camera_axes, in_frustum, picture_bounds
+from planner.viewpoints.viewpoints import Viewpoints
+from planner.viewpoints.visibility import VisiblePairs
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidates:
+    """Poses at free positions, with what they see as CSR over the poses.
+
+    Parameters
+    ----------
+    positions
+        Free positions, shape (V, 3), metres, local frame.
+    pairs
+        What each position sees whatever the aim.
+    owner
+        Position of each candidate, shape (K,), ascending.
+    yaw_deg, pitch_deg
+        Aim of each candidate, degrees, shape (K,).
+    indptr
+        Start of each candidate's hits, shape (K + 1,).
+    pair
+        Row in ``pairs`` of each hit, shape (nnz,); samples ascend within a candidate.
+
+    """
+
+    positions: Floats
+    pairs: VisiblePairs
+    owner: Ints
+    yaw_deg: Floats
+    pitch_deg: Floats
+    indptr: Ints
+    pair: NDArray[np.int32]
+
+    def __len__(self) -> int:
+        return len(self.owner)
+
+    @property
+    def sample(self) -> NDArray[np.int32]:
+        """Sample of each hit, shape (nnz,)."""
+        return self.pairs.sample[self.pair]
+
+    def row(self, candidate: int) -> NDArray[np.int32]:
+        """Rows in ``pairs`` that one candidate hits."""
+        return self.pair[self.indptr[candidate] : self.indptr[candidate + 1]]
+
+    def viewpoints(self, chosen: Ints, samples: SurfaceSamples, *, kind: str) -> Viewpoints:
+        """Viewpoints of the chosen candidates; the target is the sample nearest the axis."""
+        positions = self.positions[self.owner[chosen]]
+        yaw, pitch = self.yaw_deg[chosen], self.pitch_deg[chosen]
+        forward = camera_axes(yaw, pitch)[..., 2, :]
+        targets = np.full(len(chosen), -1)
+        for number, candidate in enumerate(chosen):  # few: the viewpoints of a plan
+            seen = self.pairs.sample[self.row(candidate)]
+            if len(seen):
+                rays = samples.xyz[seen] - positions[number]
+                along = rays @ forward[number] / np.linalg.norm(rays, axis=1)
+                targets[number] = seen[np.argmax(along)]
+        return Viewpoints(positions, yaw, pitch, (kind,) * len(chosen), targets)
+
+
+def aim_directions(count: int, camera: Camera) -> tuple[Floats, Floats]:
+    """Yaw and pitch, degrees, of quasi-uniform directions within the gimbal's range.
+
+    A Fibonacci lattice on the part of the sphere that the gimbal reaches; its lowest
+    direction is moved onto the lower limit, which is nadir for most cameras.
+    """
+    low, high = (math.sin(math.radians(p)) for p in (camera.pitch_min_deg, camera.pitch_max_deg))
+    rank = np.arange(count)
+    rise = low + (rank + 0.5) / count * (high - low)
+    pitch: Floats = np.degrees(np.arcsin(rise.clip(-1.0, 1.0)))
+    pitch[0] = camera.pitch_min_deg
+    golden = 180.0 * (3.0 - math.sqrt(5.0))
+    yaw: Floats = 180.0 - (rank.astype(np.float64) * golden) % 360.0
+    return yaw, pitch
+
+
+def generate_candidates(
+    positions: Floats,
+    pairs: VisiblePairs,
+    samples: SurfaceSamples,
+    camera: Camera,
+    *,
+    aims: int,
+    directions: int,
+    weights: Floats,
+) -> Candidates:
+    """Give each position its best aims, chosen greedily by the weight newly seen.
+
+    Parameters
+    ----------
+    positions, pairs, samples, camera
+        Where photos may be taken, and what each place sees.
+    aims
+        Most aims a position; fewer where they see nothing new.
+    directions
+        Size of the set of directions to choose from, at most 64.
+    weights
+        Worth of seeing each sample, positive, shape (S,).
+
+    """
+    from planner.viewpoints.aim_kernels import best_aims, list_pairs
+
+    yaw, pitch = aim_directions(directions, camera)
+    chosen = np.empty((len(positions), aims), dtype=np.int16)
+    sizes = np.empty((len(positions), aims), dtype=np.int64)
+    masks = np.empty(len(pairs), dtype=np.uint64)
+    best_aims(
+        *(np.ascontiguousarray(positions), samples.xyz, pairs.indptr, pairs.sample),
+        *(camera_axes(yaw, pitch), np.array(picture_bounds(camera)), weights),
+        *(chosen, sizes, masks),
+    )
+    owner, turn = np.nonzero(chosen >= 0)
+    aim = chosen[owner, turn]
+    indptr = np.concatenate([[0], np.cumsum(sizes[owner, turn])])
+    pair = np.empty(indptr[-1], dtype=np.int32)
+    list_pairs(pairs.indptr, masks, owner, aim, pair)
+    return Candidates(positions, pairs, owner, yaw[aim], pitch[aim], indptr, pair)
+
+
+def add_direct_aims(
+    candidates: Candidates, samples: SurfaceSamples, camera: Camera, want: Ints
+) -> Candidates:
+    """Aim straight at the samples that too few candidates hold but more positions could.
+
+    Parameters
+    ----------
+    candidates
+        What there is.
+    samples, camera
+        As in :func:`generate_candidates`.
+    want
+        From how many positions each sample should be held, where the positions allow,
+        shape (S,).
+
+    Returns
+    -------
+    candidates
+        The same with poses added at the end; the closest to the normal come first.
+
+    """
+    pairs = candidates.pairs
+    held = np.zeros(len(pairs), dtype=np.bool_)
+    held[candidates.pair] = True
+    have = np.bincount(pairs.sample[held], minlength=len(samples))
+    short = have < np.minimum(want, pairs.available)
+    spare = np.flatnonzero(short[pairs.sample] & ~held)
+    if not len(spare):
+        return candidates
+    spare = spare[np.lexsort((spare, -pairs.cosine[spare], pairs.sample[spare]))]
+    first = np.searchsorted(pairs.sample[spare], pairs.sample[spare])
+    spare = spare[np.arange(len(spare)) - first < (want - have)[pairs.sample[spare]]]
+    owner = np.searchsorted(pairs.indptr, spare, side="right") - 1
+    yaw, pitch = direct_aim(candidates.positions[owner], samples.xyz[pairs.sample[spare]], camera)
+    rows = []
+    for place, turn, tilt in zip(owner, yaw, pitch, strict=True):  # few: rare samples only
+        at = np.arange(pairs.indptr[place], pairs.indptr[place + 1])
+        rays = samples.xyz[pairs.sample[at]] - candidates.positions[place]
+        rows.append(at[in_frustum(rays, turn, tilt, camera)].astype(np.int32))
+    return Candidates(
+        candidates.positions,
+        pairs,
+        np.concatenate([candidates.owner, owner]),
+        np.concatenate([candidates.yaw_deg, yaw]),
+        np.concatenate([candidates.pitch_deg, pitch]),
+        np.concatenate([candidates.indptr, candidates.indptr[-1] + np.cumsum([*map(len, rows)])]),
+        np.concatenate([candidates.pair, *rows]),
+    )
+
+
+def direct_aim(positions: Floats, points: Floats, camera: Camera) -> tuple[Floats, Floats]:
+    """Yaw and pitch that look at each point, the pitch as far as the gimbal goes."""
+    yaw, pitch = yaw_pitch(points - positions)
+    return yaw, pitch.clip(camera.pitch_min_deg, camera.pitch_max_deg)

@@ -1,0 +1,44 @@
+"""How many photos, from how many sides, each sample wants."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.config import ViewpointSettings
+from planner.geometry.arrays import Floats, Ints
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Demand:
+    """Photos wanted of each sample.
+
+    Parameters
+    ----------
+    hits
+        From how many distinct places, shape (S,).
+    sectors
+        From how many distinct direction sectors, shape (S,).
+
+    """
+
+    hits: Ints
+    sectors: Ints
+
+
+def view_demand(quality: Floats, settings: ViewpointSettings) -> Demand:
+    """Wanted photos of each sample by preset ``cover``.
+
+    Parameters
+    ----------
+    quality
+        Quality of the prior around each sample, shape (S,), in [0, 1]; 0 is worst.
+    settings
+        ``hits`` and ``sectors`` for all; the worst ``low_quality_share`` get
+        ``extra_hits`` more, or none if all are equally good.
+
+    """
+    hits = np.full(len(quality), settings.hits, dtype=np.int64)
+    if len(quality) and settings.low_quality_share > 0.0:
+        limit = np.quantile(quality, settings.low_quality_share)
+        hits[(quality <= limit) & (quality < quality.max())] += settings.extra_hits
+    return Demand(hits, np.full(len(quality), settings.sectors, dtype=np.int64))

@@ -1,0 +1,76 @@
+"""Compiled loop over position-sample pairs; import only where pairs are made."""
+
+import math
+from typing import Any
+
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+
+
+@njit(cache=True)
+def facing_pairs(  # noqa: PLR0917 - compiled
+    positions: Array,
+    samples: Array,
+    normals: Array,
+    tangents: Array,
+    rows: Array,
+    limits: Array,
+    sectors: int,
+    starts: Array,
+    sample: Array,
+    distance: Array,
+    cosine: Array,
+    sector: Array,
+    stages: Array,
+) -> int:
+    """Find the pairs within all limits but occlusion; return how many.
+
+    ``limits`` holds nearest, farthest, least cosine, reach, sines of the lowest and highest
+    elevation and the cosine of the cap. ``rows`` are the samples to look at. The outputs
+    hold the pairs position by position; ``stages`` (3, S) gains how many positions pass
+    range and incidence, then the gimbal too, then the ground sample distance too.
+    """
+    near2, far2 = limits[0] * limits[0], limits[1] * limits[1]
+    least, reach, low, high, cap = limits[2], limits[3], limits[4], limits[5], limits[6]
+    around = sectors if cap > 1.0 or sectors < 2 else sectors - 1
+    turn = around / (2.0 * math.pi)
+    count = 0
+    for v in range(len(positions)):
+        starts[v] = count
+        px, py, pz = positions[v, 0], positions[v, 1], positions[v, 2]
+        for s in rows:
+            dx, dy, dz = px - samples[s, 0], py - samples[s, 1], pz - samples[s, 2]
+            squared = dx * dx + dy * dy + dz * dz
+            if squared > far2 or squared < near2:
+                continue
+            along = dx * normals[s, 0] + dy * normals[s, 1] + dz * normals[s, 2]
+            if along <= 0.0:
+                continue
+            length = math.sqrt(squared)
+            if along < least * length:
+                continue
+            stages[0, s] += 1
+            if -dz < low * length or -dz > high * length:
+                continue
+            stages[1, s] += 1
+            if squared > reach * along:
+                continue
+            stages[2, s] += 1
+            sample[count] = s
+            distance[count] = length
+            cosine[count] = min(1.0, along / length)
+            if along > cap * length:
+                sector[count] = 0
+            else:
+                x = dx * tangents[s, 0] + dy * tangents[s, 1]
+                # second tangent = normal x first, which is level
+                y = (dy * normals[s, 2] - dz * normals[s, 1]) * tangents[s, 0] - (
+                    dx * normals[s, 2] - dz * normals[s, 0]
+                ) * tangents[s, 1]
+                place = math.floor((math.atan2(y, x) + 2.0 * math.pi) * turn) % around
+                sector[count] = place + sectors - around
+            count += 1
+    starts[len(positions)] = count
+    return count
