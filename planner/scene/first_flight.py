@@ -35,7 +35,7 @@ class NadirFlight:
 
     """
 
-    height: float = 30.0
+    height: float = 60.0
     half_angles_deg: tuple[float, float] = (27.0, 37.0)
     overlap: tuple[float, float] = (0.8, 0.6)
     views: int = 3

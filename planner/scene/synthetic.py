@@ -8,6 +8,7 @@ import numpy as np
 
 from planner.geometry.arrays import Bytes, Floats, Ints, read_only
 from planner.geometry.frames import Frame
+from planner.scene.appearance import paint
 from planner.scene.box import bounding_box
 from planner.scene.cloud import Mesh, PointCloud
 from planner.scene.first_flight import NadirFlight, fly_first
@@ -153,7 +154,9 @@ def _observe(town: Town, seed: int, spacing: float | None, flight: NadirFlight) 
     cloud, cameras, truth, sigma = PointCloud(none), none, none, np.zeros(0)
     if spacing is not None:
         flown = fly_first(town.mesh, flight, spacing=spacing, heading=town.turn, seed=seed)
-        cloud = PointCloud(flown.xyz, classes=_CLASSES[town.kinds[flown.triangles]])
+        colours = paint(town, flown.surface, flown.triangles, seed=seed)
+        classes = _CLASSES[town.kinds[flown.triangles]]
+        cloud = PointCloud(flown.xyz, colours=colours, classes=classes)
         cameras, truth, sigma = flown.cameras, flown.surface, flown.sigma
     return SyntheticBlock(
         f"synthetic-{seed}",

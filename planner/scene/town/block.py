@@ -8,13 +8,16 @@ from planner.geometry.arrays import Bytes, Floats, Ints
 from planner.scene.cloud import Mesh
 from planner.scene.scene import Ground
 from planner.scene.town import buildings as styles
+from planner.scene.town.bridges import Bridge, footbridge, skybridge
 from planner.scene.town.buildings import Building, Kind, Site, Style
-from planner.scene.town.layout import Layout, Parcel, Rect, lay_out
+from planner.scene.town.layout import Layout, Parcel, lay_out
 from planner.scene.town.relief import Relief, random_relief
 from planner.scene.town.solids import Footprint, Solid
-from planner.scene.town.street import Bridge, footbridge, plant, skybridge
+from planner.scene.town.trees import Yards, plant
 
 GROUND_CELL = 2.5  # metres
+MERGE = 0.01  # metres below which two grid lines are one
+LONGEST_SIDE = 48.0  # metres of one building
 FOUNDATION = 1.0  # metres below the lowest ground at a wall
 
 
@@ -69,9 +72,13 @@ def build_town(
         span = span or footbridge(layout.streets[0], terrain, rng)
     courts = [one.court for one in built if one.court is not None]
     deck = None if span is None else span.deck
+    if deck is not None:
+        _clear_balconies(built, deck)
     grown = []
     if trees:
-        grown = plant(layout, courts=courts, deck=deck, relief=terrain, size=size, rng=rng)
+        rooms = [one.room for one in built]
+        yards = Yards(rooms, courts, [] if deck is None else [deck], size)
+        grown = plant(layout, yards, terrain, rng)
 
     sheet, sheet_kinds = _ground(size, terrain, layout, courts, deck)
     solids: list[tuple[Solid, Kind, int]] = []
@@ -81,6 +88,19 @@ def build_town(
     for tree in grown:
         solids += [(tree.trunk, Kind.TRUNK, -1), (tree.crown, Kind.CROWN, -1)]
     return _assemble(sheet, sheet_kinds, solids, _terrain(size, terrain, turn), turn)
+
+
+def _clear_balconies(built: list[Building], deck: Footprint) -> None:
+    """Take away the balconies above and below a bridge."""
+    low, high = deck.bounds()
+    for one in built:
+        one.parts = [
+            (solid, kind)
+            for solid, kind in one.parts
+            if kind is not Kind.BALCONY
+            or (solid.vertices[:, :2].max(axis=0) < low).any()
+            or (solid.vertices[:, :2].min(axis=0) > high).any()
+        ]
 
 
 def _build(
@@ -94,21 +114,34 @@ def _build(
     chosen = _choose(parcels, urban, rng)
     built = []
     for parcel, style in zip(parcels, chosen, strict=True):
-        rect = parcel.rect
-        room = Footprint(
-            0.5 * (rect.x0 + rect.x1), 0.5 * (rect.y0 + rect.y1), 0.5 * rect.width, 0.5 * rect.depth
-        )
-        if parcel.attached:
-            room = room.inset(-0.02)
-        elif style in (styles.house, styles.wings, styles.church, styles.setback):
-            room = room.inset(min(float(rng.uniform(0.0, 2.5)), 0.15 * rect.short))
+        room = _room(parcel, style, rng)
         ground = terrain.height(np.vstack([room.corners(), [[room.x, room.y]]]))
-        height = _height(style, rect, urban, heights, rng)
-        site = Site(
-            room, float(ground.min()) - FOUNDATION, float(ground.mean()), height, parcel.attached
-        )
-        built.append(style(site, rng))
+        height = _height(style, 2.0 * min(room.u, room.v), urban, heights, rng=rng)
+        bottom = float(ground.min()) - FOUNDATION
+        built.append(style(Site(room, bottom, float(ground.mean()), height, parcel.attached), rng))
     return built
+
+
+def _room(parcel: Parcel, style: Style, rng: np.random.Generator) -> Footprint:
+    """Part of a parcel to build on: all of it, less a garden, or turned a little in it."""
+    rect = parcel.rect
+    x, y = 0.5 * (rect.x0 + rect.x1), 0.5 * (rect.y0 + rect.y1)
+    u, v = 0.5 * rect.width, 0.5 * rect.depth
+    if parcel.attached:
+        return Footprint(x, y, u, v).inset(-0.02)
+    if style in _GARDENS:
+        garden = min(float(rng.uniform(0.0, 2.5)), 0.15 * rect.short)
+        u, v = u - garden, v - garden
+    spare = (max(u - LONGEST_SIDE / 2, 0.0), max(v - LONGEST_SIDE / 2, 0.0))
+    x += float(rng.uniform(-1.0, 1.0)) * spare[0]
+    y += float(rng.uniform(-1.0, 1.0)) * spare[1]
+    u, v = u - spare[0], v - spare[1]
+    if style in _GARDENS and min(u, v) > 5.0 and rng.random() < 0.4:
+        turn = float(rng.uniform(-0.4, 0.4))
+        c, s = np.cos(turn), abs(np.sin(turn))
+        shrink = float(min(u / (u * c + v * s), v / (u * s + v * c)))
+        return Footprint(x, y, u * shrink, v * shrink, turn)
+    return Footprint(x, y, u, v)
 
 
 def _choose(parcels: list[Parcel], urban: float, rng: np.random.Generator) -> list[Style]:
@@ -128,6 +161,9 @@ def _choose(parcels: list[Parcel], urban: float, rng: np.random.Generator) -> li
         wanted.insert(4, styles.church)
     for style, at in zip(wanted, by_side, strict=False):
         chosen[at] = style
+    free = [at for at in by_side if not parcels[at].attached and chosen[at] is None]
+    if free and styles.flats in chosen and parcels[chosen.index(styles.flats)].attached:
+        chosen[free[0]] = styles.flats  # so that some stand free and have balconies
     return [
         style or _random_style(parcel, urban, rng)
         for style, parcel in zip(chosen, parcels, strict=True)
@@ -153,7 +189,7 @@ def _random_style(parcel: Parcel, urban: float, rng: np.random.Generator) -> Sty
 
 
 _HEIGHTS: dict[Style, tuple[float, float]] = {
-    styles.house: (5.5, 12.0),
+    styles.house: (4.0, 12.0),
     styles.terrace: (5.0, 14.0),
     styles.wings: (6.0, 12.0),
     styles.flats: (8.0, 26.0),
@@ -163,20 +199,23 @@ _HEIGHTS: dict[Style, tuple[float, float]] = {
     styles.cantilever: (7.0, 18.0),
     styles.church: (18.0, 38.0),
 }
+_GARDENS = (styles.house, styles.wings, styles.church, styles.setback)
+_SLENDER = (styles.setback, styles.tower, styles.church)
 
 
 def _height(
     style: Style,
-    rect: Rect,
+    side: float,
     urban: float,
     heights: tuple[float, float],
+    *,
     rng: np.random.Generator,
 ) -> float:
-    """Height of the style, higher in town, at most five times the short side, within limits."""
+    """Height of the style, higher in town, in proportion to the short side, within limits."""
     low, high = _HEIGHTS[style]
     share = float(rng.beta(1.0 + urban, 2.0 - urban))
-    height = min(low + share * (high - low), 5.0 * rect.short)
-    return float(np.clip(height, *heights))
+    slender = 4.0 if style in _SLENDER else 2.5
+    return float(np.clip(min(low + share * (high - low), slender * side), *heights))
 
 
 def _ground(
@@ -187,9 +226,15 @@ def _ground(
     deck: Footprint | None,
 ) -> tuple[Solid, Bytes]:
     """Triangulated grid over the whole place, and what each triangle is."""
-    nx, ny = (max(2, int(np.ceil(length / GROUND_CELL))) for length in size)
-    x = np.linspace(-0.5 * size[0], 0.5 * size[0], nx + 1)
-    y = np.linspace(-0.5 * size[1], 0.5 * size[1], ny + 1)
+    marks: list[tuple[Floats, Kind]] = [
+        (np.array([[s.x0, s.y0], [s.x1, s.y1]]), Kind.STREET) for s in layout.streets
+    ]
+    marks += [(court.bounds(), Kind.COURTYARD) for court in courts]
+    if deck is not None:
+        marks.append((deck.bounds(), Kind.UNDER_BRIDGE))
+    edges = np.concatenate([np.zeros((0, 2)), *(bounds for bounds, _ in marks)])
+    x, y = (_lines(0.5 * length, edges[:, axis]) for axis, length in enumerate(size))
+    nx, ny = len(x) - 1, len(y) - 1
     xy = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     vertices = np.column_stack([xy, terrain.height(xy)])
     a = (np.arange(nx)[:, None] * (ny + 1) + np.arange(ny)).ravel()
@@ -198,16 +243,23 @@ def _ground(
     triangles = triangles.reshape(-1, 3)
     centre = xy[triangles].mean(axis=1)
     kinds = np.full(len(triangles), Kind.GROUND, dtype=np.uint8)
-    marks: list[tuple[Floats, Kind]] = [
-        (np.array([[s.x0, s.y0], [s.x1, s.y1]]), Kind.STREET) for s in layout.streets
-    ]
-    marks += [(court.corners()[[0, 2]], Kind.COURTYARD) for court in courts]
-    if deck is not None:
-        corners = deck.corners()
-        marks.append((np.array([corners.min(axis=0), corners.max(axis=0)]), Kind.UNDER_BRIDGE))
     for (low, high), kind in marks:
         kinds[((centre >= low) & (centre <= high)).all(axis=1)] = kind
     return Solid(vertices, triangles), kinds
+
+
+def _lines(half: float, edges: Floats) -> Floats:
+    """Grid lines from -half to half through all edges, at most a cell apart."""
+    inside = edges[np.abs(edges) < half - MERGE]
+    stops = np.unique(np.concatenate([[-half, half], inside]))
+    stops = stops[np.append(np.diff(stops) > MERGE, True)]
+    stops[0] = -half
+    counts = np.ceil(np.diff(stops) / GROUND_CELL).astype(int)
+    pieces = [
+        np.linspace(a, b, count, endpoint=False)
+        for a, b, count in zip(stops[:-1], stops[1:], counts, strict=True)
+    ]
+    return np.append(np.concatenate(pieces), half)
 
 
 def _terrain(size: tuple[float, float], terrain: Relief, turn: float) -> Ground:

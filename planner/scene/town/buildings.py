@@ -71,6 +71,8 @@ class Building:
 
     Parameters
     ----------
+    room
+        Rectangle that no part leaves.
     parts
         Closed solids and their kinds.
     body
@@ -80,6 +82,7 @@ class Building:
 
     """
 
+    room: Footprint
     parts: list[tuple[Solid, Kind]] = field(default_factory=list)
     body: Footprint | None = None
     body_top: float = 0.0
@@ -101,7 +104,7 @@ def house(site: Site, rng: np.random.Generator) -> Building:
     slope = float(rng.uniform(0.5, 1.0))
     rise = min(slope * room.v, 0.55 * site.height)
     eaves, hip = site.top - rise, float(rng.choice([0.0, 0.0, 0.4, 0.9])) * room.v
-    built = Building(body=walls, body_top=eaves)
+    built = Building(site.room, body=walls, body_top=eaves)
     if eave:
         built.add(box(walls, site.bottom, eaves + 0.4 * eave * rise / room.v))
         built.add(gabled(room, eaves, eaves, site.top, hip=hip))
@@ -119,7 +122,7 @@ def terrace(site: Site, rng: np.random.Generator) -> Building:
     """Town house with a mono-pitch roof between its neighbours."""
     room = site.room
     low = site.top - min(0.3 * site.height, float(rng.uniform(0.5, 3.0)))
-    built = Building(body=room, body_top=low)
+    built = Building(site.room, body=room, body_top=low)
     built.add(slanted(room, site.bottom, low, site.top))
     return built
 
@@ -129,7 +132,7 @@ def flats(site: Site, rng: np.random.Generator) -> Building:
     deep = min(1.6, 0.12 * min(site.room.u, site.room.v) * 2.0)
     walls = site.room.inset(0.0 if site.attached else deep).long_side_first()
     roof = site.top - 2.4 if site.height > 9.0 else site.top - 0.8
-    built = Building(body=walls, body_top=roof)
+    built = Building(site.room, body=walls, body_top=roof)
     built.add(box(walls, site.bottom, roof))
     _parapet(built, walls, roof, min(0.8, site.top - roof))
     if site.height > 9.0:
@@ -148,7 +151,7 @@ def setback(site: Site, rng: np.random.Generator) -> Building:
     cuts = np.sort(rng.uniform(0.3, 0.9, tiers - 1))
     tops = site.ground + site.height * np.append(np.maximum.accumulate(cuts), 1.0)
     step = min(0.8 * min(site.room.u, site.room.v) / tiers, float(rng.uniform(1.5, 4.0)))
-    built = Building(body=site.room, body_top=float(tops[0]))
+    built = Building(site.room, body=site.room, body_top=float(tops[0]))
     tier, floor = site.room, site.bottom
     for level, top in enumerate(tops):
         lid = float(top) if level == tiers - 1 else float(top) - 0.6
@@ -170,7 +173,7 @@ def tower(site: Site, rng: np.random.Generator) -> Building:
     point = float(rng.uniform(0.5, 1.2)) * radius if rng.random() < 0.4 else 0.0
     shaft = site.top - min(point, 0.3 * site.height)
     outline = polygon(room.x, room.y, radius, corners, turn)
-    built = Building(body=room, body_top=podium)
+    built = Building(site.room, body=room, body_top=podium)
     built.add(box(room, site.bottom, podium - 0.5))
     _parapet(built, room, podium - 0.5, 0.5)
     if point:
@@ -191,7 +194,7 @@ def courtyard(site: Site, rng: np.random.Generator) -> Building:
     wing = min(float(rng.uniform(5.0, 8.0)), 0.56 * min(site.room.u, site.room.v))
     court = site.room.inset(wing)
     outer, inner = site.room.corners(), court.corners()
-    built = Building(body=site.room, court=court)
+    built = Building(site.room, body=site.room, court=court)
     if rng.random() < 0.6:
         built.body_top = site.top - min(float(rng.uniform(0.35, 0.8)) * wing, 0.4 * site.height)
         built.add(ring(outer, inner, site.bottom, built.body_top, ridge=site.top))
@@ -207,7 +210,7 @@ def cantilever(site: Site, rng: np.random.Generator) -> Building:
     out = min(float(rng.uniform(1.5, 3.0)), 0.35 * min(site.room.u, site.room.v))
     foot = site.room.inset(out, out if rng.random() < 0.5 else 0.0)
     split = site.ground + min(float(rng.uniform(3.0, 5.0)), 0.5 * site.height)
-    built = Building()
+    built = Building(site.room)
     built.add(box(foot, site.bottom, split + 0.3))
     built.add(box(site.room, split, site.top - 0.6))
     _parapet(built, site.room, site.top - 0.6, 0.6)
@@ -225,7 +228,7 @@ def wings(site: Site, rng: np.random.Generator) -> Building:
     side = float(rng.choice([-1.0, 1.0]))
     ends = sorted((side * room.u, side * (room.u - wide)))
     wing = room.part((ends[0], ends[1]), (-room.v, room.v - 0.3 * wide)).long_side_first()
-    built = Building()
+    built = Building(site.room)
     built.add(gabled(main, site.bottom, eaves, site.top))
     drop = min(1.0, 0.2 * rise)
     built.add(gabled(wing, site.bottom, eaves - drop, site.top - drop))
@@ -241,7 +244,7 @@ def church(site: Site, rng: np.random.Generator) -> Building:
     nave = room.part((-room.u + 2.0 * side - 0.3, room.u), (-room.v, room.v))
     base = room.part((-room.u, -room.u + 2.0 * side), (-side, side))
     shaft = site.ground + float(rng.uniform(0.6, 0.75)) * site.height
-    built = Building()
+    built = Building(site.room)
     built.add(gabled(nave, site.bottom, eaves, nave_top))
     built.add(box(base.inset(0.15), site.bottom, shaft + 0.1))
     tip = np.array([[base.x, base.y, site.top]])
@@ -284,6 +287,7 @@ def balconies(
         return
     for side in (-1.0, 1.0) if rng.random() < 0.5 else (1.0,):
         there = rng.random((floors, columns)) < share
+        there[0, 0] = True
         v = sorted((side * (walls.v - 0.1), side * (walls.v + deep)))
         for floor, column in np.argwhere(there):
             u = (column - 0.5 * (columns - 1)) * 4.0

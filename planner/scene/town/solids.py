@@ -36,6 +36,11 @@ class Footprint:
     v: float
     turn: float = 0.0
 
+    @property
+    def slanting(self) -> bool:
+        """Whether no side runs along a map axis."""
+        return bool(abs(np.sin(2.0 * self.turn)) > 1e-9)
+
     def at(self, u: float, v: float) -> tuple[float, float]:
         """Map position of a point in the rectangle's own axes, metres."""
         c, s = float(np.cos(self.turn)), float(np.sin(self.turn))
@@ -45,6 +50,11 @@ class Footprint:
         """Corners, counter-clockwise, shape (4, 2), the first edge along the first axis."""
         u, v = self.u, self.v
         return np.array([self.at(-u, -v), self.at(u, -v), self.at(u, v), self.at(-u, v)])
+
+    def bounds(self) -> Floats:
+        """Lowest and highest corner of the rectangle along the map's axes, shape (2, 2)."""
+        corners = self.corners()
+        return np.array([corners.min(axis=0), corners.max(axis=0)])
 
     def inset(self, u: float, v: float | None = None) -> "Footprint":
         """Return it with every edge moved inwards by so many metres (outwards if negative)."""
