@@ -69,11 +69,19 @@ class SurfaceSettings(_Settings):
 
 
 class QualitySettings(_Settings):
-    """Variants of Eqs. 1 to 5; the defaults find holes and noise best (see docs)."""
+    """Variants of Eqs. 1 to 5; the defaults find holes and noise best (see docs/quality.md).
+
+    ``density_reference`` is what a count of neighbours is compared with: the ``maximum`` of all
+    samples, or what is usual around and everywhere (``local``). ``roughness`` is where the
+    ``flatness`` smoothness falls to 1/e, as a share of R; ``angle_deg`` the same for the normals
+    of ``mean`` and ``sum``. ``clip_percent`` are ignored at either end before Eq. 5.
+    """
 
     density_weight: Literal["intended", "printed"] = "intended"
-    gradient: Literal["smoothed", "spectral", "none"] = "smoothed"
-    smoothness: Literal["mean", "sum"] = "mean"
+    density_reference: Literal["local", "maximum"] = "local"
+    gradient: Literal["none", "smoothed", "spectral"] = "none"
+    smoothness: Literal["flatness", "mean", "sum"] = "flatness"
+    roughness: float = Field(default=0.06, gt=0.0)
     angle_deg: float = Field(default=30.0, gt=0.0, le=180.0)
     clip_percent: float = Field(default=1.0, ge=0.0, lt=50.0)
 
@@ -149,9 +157,14 @@ class RouteSettings(_Settings):
 
 
 class FlightSettings(_Settings):
-    """The curve between photos. ``handle`` is the Bezier handle as a share of the chord."""
+    """The curve between photos. ``handle`` is the Bezier handle as a share of the chord.
+
+    ``margin`` is what the flight keeps beyond d_min, metres, so that rounding in written files
+    cannot use it up. ``iterations`` bounds the validity checks of each repair.
+    """
 
     speed: float = Field(default=4.0, gt=0.0)
+    margin: float = Field(default=0.002, ge=0.001)
     handle: float = Field(default=1.0 / 3.0, gt=0.0, le=0.5)
     solver: str = "rrt-connect"
     iterations: int = Field(default=20_000, ge=10)

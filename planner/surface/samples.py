@@ -7,6 +7,8 @@ import numpy as np
 from planner.geometry.arrays import Floats, Ints, read_only
 from planner.scene.cloud import Mesh, PointCloud
 
+THINNING = 0.25  # share of R between the points that the surface is made from
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceSamples:

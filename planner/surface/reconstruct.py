@@ -1,0 +1,142 @@
+"""From the prior to its surface and directed samples (paper 3.2.2)."""
+
+import numpy as np
+
+from planner.config import SurfaceSettings
+from planner.errors import PlannerError
+from planner.geometry.arrays import Bools, Floats
+from planner.scene.cleaning import thin
+from planner.scene.cloud import Mesh, PointCloud
+from planner.scene.normals import estimate_normals
+from planner.scene.scene import Ground, Scene
+from planner.surface.clusters import cluster_samples
+from planner.surface.openness import openness
+from planner.surface.poisson import poisson_mesh, trim
+from planner.surface.poisson_disk import poisson_disk, triangle_normals
+from planner.surface.samples import THINNING, Surface, SurfaceSamples
+from planner.surface.snap import snap_to_cloud
+
+DEFAULTS = SurfaceSettings()
+_PER_CLUSTER = 400
+_OPEN = 0.06  # of the rays that rise on one side: fewer, and that side is inside
+
+
+def reconstruct_surface(
+    scene: Scene,
+    *,
+    radius: float,
+    poisson_depth: int,
+    settings: SurfaceSettings = DEFAULTS,
+    normal_neighbours: int = 16,
+    seed: int = 0,
+) -> Surface:
+    """Reconstruct the surface of a scene and draw directed samples on what can be reached of it.
+
+    A cloud gets a Poisson surface, snapped to its points and cut off far from them; what spans
+    holes and missing facades stays, since this is what must be photographed. A mesh is its own
+    surface. Samples on inner sides, below the ground and on the undersides that Poisson invents
+    are left out; an orientation that contradicts the open sky is turned.
+
+    Parameters
+    ----------
+    scene
+        The prior.
+    radius
+        Poisson-disk radius R, metres.
+    poisson_depth
+        Depth of the Poisson octree; a cell of about R/4 shows what R can sample.
+    settings
+        Number of clusters, and where the surface is cut off.
+    normal_neighbours
+        Points that a normal is estimated from.
+    seed
+        Of the samples.
+
+    Returns
+    -------
+    surface
+        Mesh, samples, and the thinned cloud with normals.
+
+    Raises
+    ------
+    PlannerError
+        If no sample remains.
+
+    """
+    thinned = _with_normals(thin(scene.cloud, THINNING * radius), normal_neighbours, scene.ground)
+    if scene.mesh is not None:
+        mesh = scene.mesh
+    else:
+        rough = poisson_mesh(thinned, depth=poisson_depth)
+        cut = trim(
+            rough, thinned.xyz, scene.box, distance=settings.trim * radius, margin=0.5 * radius
+        )
+        mesh = snap_to_cloud(cut, thinned, reach=0.5 * radius)
+    samples = _sample(mesh, thinned, scene.ground, radius=radius, settings=settings, seed=seed)
+    if len(samples) == 0:
+        raise PlannerError(
+            f"{scene.source or scene.name}: no surface sample of radius {radius:.3g} m can be "
+            "reached from outside; check the up axis, or set a smaller scale.radius"
+        )
+    return Surface(mesh, samples, thinned)
+
+
+def _with_normals(cloud: PointCloud, neighbours: int, ground: Ground) -> PointCloud:
+    if cloud.normals is not None:
+        return cloud
+    return estimate_normals(cloud, neighbours, ground=ground)
+
+
+def _sample(
+    mesh: Mesh,
+    thinned: PointCloud,
+    ground: Ground,
+    *,
+    radius: float,
+    settings: SurfaceSettings,
+    seed: int,
+) -> SurfaceSamples:
+    drawn = poisson_disk(mesh, radius, seed=seed)
+    normals = triangle_normals(mesh)[0][drawn.triangle]
+    sides = openness(mesh, drawn.xyz, normals, lift=0.02 * radius)
+    turn = sides.back > sides.front
+    normals = np.where(turn[:, None], -normals, normals)
+    front = np.maximum(sides.front, sides.back)
+    below = np.where(turn, sides.back_below, sides.front_below)
+    mean, supported = _mean_normals(drawn.xyz, normals, thinned, radius)
+    height = drawn.xyz[:, 2] - ground.height(drawn.xyz)
+    keep = _reachable(front, below, normals, supported, height, radius)
+    xyz, normals = drawn.xyz[keep], mean[keep]
+    count = settings.clusters or max(1, round(len(xyz) / _PER_CLUSTER))
+    return SurfaceSamples(xyz, normals, cluster_samples(xyz, normals, count), radius)
+
+
+def _reachable(
+    front: Floats, below: Floats, normals: Floats, supported: Bools, height: Floats, radius: float
+) -> Bools:
+    """Tell which samples have open space before them; undersides must have been measured too."""
+    underside = (normals[:, 2] < -0.5) & supported & (height > radius) & (below > _OPEN)
+    return ((front > _OPEN) & (normals[:, 2] > -0.5) & (height > -2.0 * radius)) | underside
+
+
+def _mean_normals(
+    xyz: Floats, normals: Floats, cloud: PointCloud, radius: float
+) -> tuple[Floats, Bools]:
+    """Mean normal of the points within R that face the sample's way, else the surface's own.
+
+    Returns the unit normals, shape (S, 3), and whether there was any such point, shape (S,).
+    """
+    from scipy.spatial import cKDTree
+
+    assert cloud.normals is not None
+    pairs = cKDTree(xyz).sparse_distance_matrix(cKDTree(cloud.xyz), radius, output_type="ndarray")
+    row, point = pairs["i"], pairs["j"]
+    facing = np.einsum("pc,pc->p", normals[row], cloud.normals[point]) > 0.5
+    row, point = row[facing], point[facing]
+    total = np.column_stack(
+        [np.bincount(row, cloud.normals[point, axis], minlength=len(xyz)) for axis in range(3)]
+    )
+    length = np.linalg.norm(total, axis=1)
+    found = length > 1e-9
+    mean = np.where(found[:, None], total / np.where(found, length, 1.0)[:, None], normals)
+    return mean, found
