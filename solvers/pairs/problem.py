@@ -1,0 +1,214 @@
+"""Cover by pairs: an element is satisfied by how well pairs of chosen candidates see it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.arrays import Floats, Ints, chosen_indices, floats, read_only
+from solvers.errors import InvalidProblem, InvalidSolution
+from solvers.problem import Answer
+from solvers.result import Status
+
+Chosen = Ints
+"""Sorted indices of the chosen candidates, shape (k,)."""
+
+
+@dataclass(frozen=True, eq=False, init=False, repr=False)
+class PairCoverProblem:
+    r"""Minimise the price at which enough elements reach a target, or the opposite.
+
+    The value of element ``e`` sums over the pairs of chosen candidates that hit it,
+
+    .. math:: h_e = \sum_{i<j} w(\alpha_{ij}) \min(u_i, u_j) \min(v_i, v_j),
+
+    with the angle :math:`\alpha` between their rays at the element, nearness ``u`` and
+    facing ``v`` of each hit. Without ``budget``: cheapest choice such that at least a
+    ``share`` of the elements that can reach ``target`` do. With ``budget``: fewest of these
+    elements missed at a price of at most ``budget``.
+
+    Parameters
+    ----------
+    covers
+        Which candidate hits which element: scipy CSR, shape (candidates, elements), with
+        columns ascending and distinct in each row. Its values are not read.
+    rays
+        Unit vectors from the element to the candidate, one a hit, shape (nnz, 3).
+    nearness, facing
+        Factors of each hit, shape (nnz,) or one number; what is below 0 counts as 0.
+    weights
+        Weight of a pair at angles evenly spaced from 0 to pi, at least 0, shape (k,),
+        k >= 2; in between it is interpolated linearly.
+    target
+        Value at which an element is satisfied, positive.
+    share
+        Share of the reachable elements that must be satisfied, in (0, 1].
+    budget
+        Largest price; turns the question round.
+    prices
+        Price of each candidate, at least 0, shape (candidates,) or one number.
+    conflicts
+        Groups of candidates of which at most one may be chosen.
+
+    Raises
+    ------
+    InvalidProblem
+        If shapes, signs or indices do not fit.
+
+    """
+
+    indptr: Ints
+    indices: NDArray[np.int32]
+    rays: Floats
+    nearness: Floats
+    facing: Floats
+    weights: Floats
+    target: float
+    share: float
+    budget: float | None
+    prices: Floats
+    conflicts: tuple[Ints, ...]
+    elements: int
+    """Number of elements."""
+
+    family: ClassVar[str] = "pairs"
+
+    def __init__(
+        self,
+        covers: Any,
+        rays: Any,
+        nearness: Any = 1.0,
+        facing: Any = 1.0,
+        *,
+        weights: Any,
+        target: float,
+        share: float = 1.0,
+        budget: float | None = None,
+        prices: Any = 1.0,
+        conflicts: Sequence[Any] = (),
+    ) -> None:
+        if getattr(covers, "format", None) != "csr":
+            raise InvalidProblem("covers must be a scipy CSR matrix (candidates, elements).")
+        if not covers.has_canonical_format:
+            raise InvalidProblem("covers must have ascending, distinct columns in each row.")
+        if not target > 0.0:
+            raise InvalidProblem(f"target must be positive, got {target}.")
+        if not 0.0 < share <= 1.0:
+            raise InvalidProblem(f"share must lie in (0, 1], got {share}.")
+        if budget is not None and not budget >= 0.0:
+            raise InvalidProblem(f"budget must be at least 0, got {budget}.")
+        if np.ndim(weights) != 1 or len(weights) < 2:
+            raise InvalidProblem("weights must be two numbers or more, at angles from 0 to pi.")
+        candidates, elements = (int(size) for size in covers.shape)
+        hits = int(covers.nnz)
+        unit = floats(rays, (hits, 3), "rays")
+        if hits and np.abs(np.linalg.norm(unit, axis=1) - 1.0).max() > 1e-3:
+            raise InvalidProblem("rays must have length 1.")
+        try:
+            groups = tuple(chosen_indices(group, candidates) for group in conflicts)
+        except InvalidSolution as error:
+            raise InvalidProblem(f"conflicts: {error}") from error
+        fields = {
+            "indptr": read_only(covers.indptr.astype(np.int64)),
+            "indices": read_only(covers.indices.astype(np.int32)),
+            "rays": unit,
+            "nearness": floats(nearness, (hits,), "nearness"),
+            "facing": floats(facing, (hits,), "facing"),
+            "weights": floats(weights, (len(weights),), "weights", least=0.0),
+            "target": float(target),
+            "share": float(share),
+            "budget": budget,
+            "prices": floats(prices, (candidates,), "prices", least=0.0),
+            "conflicts": groups,
+            "elements": elements,
+        }
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        return f"PairCoverProblem({self.candidates} candidates, {self.elements} elements)"
+
+    @property
+    def candidates(self) -> int:
+        """Number of candidates."""
+        return len(self.prices)
+
+    @property
+    def features(self) -> frozenset[str]:
+        """``conflicts``, ``budget`` and ``share``, where they matter."""
+        used = {
+            "conflicts": bool(self.conflicts),
+            "budget": self.budget is not None,
+            "share": self.share < 1.0,
+        }
+        return frozenset(name for name, present in used.items() if present)
+
+    @cached_property
+    def by_element(self) -> tuple[Ints, Ints, Ints]:
+        """Row starts (elements + 1,), hits by element (nnz,), candidate of each hit (nnz,)."""
+        at = np.argsort(self.indices, kind="stable").astype(np.int64)
+        starts = np.searchsorted(self.indices[at], np.arange(self.elements + 1)).astype(np.int64)
+        owner = np.repeat(np.arange(self.candidates, dtype=np.int64), np.diff(self.indptr))
+        for array in (starts, at, owner):
+            read_only(array)
+        return starts, at, owner
+
+    def values(self, chosen: Chosen) -> Floats:
+        """Value of each element under a choice, shape (elements,)."""
+        from solvers.pairs import kernels
+
+        taken = np.zeros(self.candidates, dtype=np.bool_)
+        taken[chosen] = True
+        starts, at, owner = self.by_element
+        return kernels.values(
+            starts, at, taken, owner, self.rays, self.nearness, self.facing, self.weights
+        )
+
+    @cached_property
+    def reachable(self) -> NDArray[np.bool_]:
+        """Which elements reach the target when every candidate is chosen, shape (elements,)."""
+        reached = self.values(np.arange(self.candidates)) >= self.target
+        read_only(reached)
+        return reached
+
+    @property
+    def wanted(self) -> int:
+        """How many reachable elements must reach the target where there is no budget."""
+        return int(np.ceil(self.share * np.count_nonzero(self.reachable) - 1e-9))
+
+    def evaluate(self, candidate: Any) -> tuple[Chosen, float]:
+        """Sorted copy of a choice, and its price (or, with a budget, the elements missed).
+
+        Raises
+        ------
+        InvalidSolution
+            If too few elements reach the target, the price is over the budget, or two
+            chosen candidates conflict.
+
+        """
+        chosen = chosen_indices(candidate, self.candidates)
+        for number, group in enumerate(self.conflicts):
+            if np.isin(group, chosen).sum() > 1:
+                raise InvalidSolution(f"two chosen candidates are both in conflict {number}.")
+        price = float(self.prices[chosen].sum())
+        satisfied = np.count_nonzero((self.values(chosen) >= self.target) & self.reachable)
+        if self.budget is not None:
+            if price > self.budget:
+                raise InvalidSolution(f"the price {price} is over the budget {self.budget}.")
+            return chosen, float(np.count_nonzero(self.reachable) - satisfied)
+        if satisfied < self.wanted:
+            raise InvalidSolution(f"{satisfied} elements reach the target; {self.wanted} must.")
+        return chosen, price
+
+    def cost(self, candidate: Any) -> float:
+        """Cost of a choice; raises as :meth:`evaluate` does."""
+        return self.evaluate(candidate)[1]
+
+    def trivial(self) -> Answer | None:
+        """The empty choice, where no element can reach the target."""
+        if self.reachable.any():
+            return None
+        return Answer(Status.OPTIMAL, np.empty(0, dtype=np.int64))

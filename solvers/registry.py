@@ -1,0 +1,151 @@
+"""Find a solver by name without importing any of the others."""
+
+import difflib
+import inspect
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+from solvers.errors import InvalidProblem, SolverFailed, SolverUnavailable
+
+BUILT_IN: dict[str, dict[str, str]] = {
+    "cover": {
+        "greedy": "solvers.cover.greedy:Greedy",
+        "cvxpy": "solvers.cover.cvxpy_ilp:CvxpyILP",
+    },
+    "pairs": {},
+    "tour": {
+        "nearest": "solvers.tour.nearest:Nearest",
+        "two-opt": "solvers.tour.two_opt:TwoOpt",
+        "ortools": "solvers.tour.ortools_routing:OrtoolsRouting",
+    },
+    "motion": {
+        "rrt-connect": "solvers.motion.ompl_planners:RRTConnect",
+    },
+}
+"""Family -> name -> ``"module:Class"``. Third parties use entry points instead."""
+
+_INSTALLED_AS = {"fcl": "python-fcl", "open3d": "open3d"}  # where the import name differs
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One registered solver: where it comes from and whether it can run here."""
+
+    family: str
+    name: str
+    spec: str
+    built_in: bool
+
+
+def families() -> tuple[str, ...]:
+    """Names of the problem families."""
+    return tuple(BUILT_IN)
+
+
+def entries(family: str) -> tuple[Entry, ...]:
+    """Every registered solver of a family: the built-in ones, then plug-ins by name."""
+    own = [Entry(family, name, spec, True) for name, spec in _built_in(family).items()]
+    taken = {entry.name for entry in own}
+    found = {name: spec for name, spec in sorted(_plugged_in(family)) if name not in taken}
+    return (*own, *(Entry(family, name, spec, False) for name, spec in found.items()))
+
+
+def names(family: str) -> tuple[str, ...]:
+    """Names of every registered solver of a family, installed plug-ins included."""
+    return tuple(entry.name for entry in entries(family))
+
+
+def load(family: str, solver: Any, /, **parameters: Any) -> Any:
+    """Solver by name, by ``"module:Class"``, or the object itself.
+
+    Parameters
+    ----------
+    family
+        ``"cover"``, ``"pairs"``, ``"tour"`` or ``"motion"``.
+    solver
+        Built-in name, entry point, ``"module:Class"``, class or solver.
+    parameters
+        Fields of the solver's class; its defaults where left out.
+
+    Raises
+    ------
+    InvalidProblem
+        If nothing has that name (the message lists what there is), if the object is no
+        solver, or if a parameter is unknown.
+
+    """
+    found = _resolve(_spec(family, solver), solver) if isinstance(solver, str) else solver
+    if inspect.isclass(found):
+        try:
+            found = found(**parameters)
+        except (TypeError, ValueError) as error:
+            raise InvalidProblem(f"solver {solver!r} refuses its parameters: {error}") from error
+    elif parameters:
+        raise InvalidProblem(f"solver {solver!r} is an object: set its parameters when making it.")
+    if not isinstance(getattr(found, "name", None), str) or not callable(
+        getattr(found, "run", None)
+    ):
+        raise InvalidProblem(f"{solver!r} is no solver: it needs a `name` and a `run` method.")
+    return found
+
+
+def missing(solver: Any) -> tuple[str, ...]:
+    """Packages that a solver (or its class) needs and that are not installed here."""
+    needed: tuple[str, ...] = getattr(solver, "requires", ())
+    return tuple(_INSTALLED_AS.get(name, name) for name in needed if not _installed(name))
+
+
+def require(solver: Any) -> None:
+    """Raise :class:`SolverUnavailable`, naming what to install, if a package is missing."""
+    absent = missing(solver)
+    if absent:
+        raise SolverUnavailable(
+            f"solver {solver.name!r} needs {' and '.join(absent)}: pip install {' '.join(absent)}"
+        )
+
+
+def _built_in(family: str) -> dict[str, str]:
+    if family not in BUILT_IN:
+        raise InvalidProblem(f"no problem family {family!r}; there are {', '.join(BUILT_IN)}.")
+    return BUILT_IN[family]
+
+
+def _plugged_in(family: str) -> list[tuple[str, str]]:
+    from importlib.metadata import entry_points
+
+    return [(point.name, point.value) for point in entry_points(group=f"solvers.{family}")]
+
+
+def _spec(family: str, name: str) -> str:
+    known = {entry.name: entry.spec for entry in entries(family)}
+    if name in known:
+        return known[name]
+    if ":" in name:
+        return name
+    close = difflib.get_close_matches(name, known, n=1)
+    hint = f" Did you mean {close[0]!r}?" if close else ""
+    raise InvalidProblem(
+        f"no {family} solver {name!r}; there are {', '.join(known) or 'none'}.{hint}"
+    )
+
+
+def _resolve(spec: str, name: str) -> Any:
+    module_name, _, attribute = spec.partition(":")
+    try:
+        found: Any = import_module(module_name.strip())
+        for part in attribute.strip().split("."):
+            found = getattr(found, part)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise InvalidProblem(f"solver {name!r} cannot be loaded from {spec!r}: {error}") from error
+    except Exception as error:  # a plug-in may raise anything when imported
+        raise SolverFailed(f"importing solver {name!r} from {spec!r} failed: {error}") from error
+    return found
+
+
+def _installed(name: str) -> bool:
+    try:
+        return find_spec(name) is not None
+    except (ImportError, ValueError):
+        return False
