@@ -97,10 +97,17 @@ class ZoneSettings(_Settings):
 
 
 class AirspaceSettings(_Settings):
-    """No-fly hull and zones. ``ceiling`` is metres above the ground under the drone."""
+    """No-fly hull and zones. ``ceiling`` is metres above the ground under the drone.
+
+    ``fill_under_roofs``: what lies under a surface that faces up counts as solid down to the next
+    underside or the terrain, since walls are often missing in a first flight's data.
+    ``most_cells`` bounds the memory of the grid that tells inside from outside, one byte a cell.
+    """
 
     ceiling: float | None = Field(default=None, gt=0.0)
     zones: tuple[ZoneSettings, ...] = ()
+    fill_under_roofs: bool = True
+    most_cells: int = Field(default=200_000_000, ge=1_000, le=2_000_000_000)
 
 
 class ViewpointSettings(_Settings):

@@ -1,0 +1,218 @@
+"""Proof that whole Bezier pieces keep their distance, not only points of them.
+
+A piece is cut in halves until each part is proven. A part is proven in one of two ways.
+
+* Clearance changes by at most a metre a metre. So along a curve no longer than its control
+  polygon ``L`` with clearances ``c0`` and ``c1`` at its ends it is at least ``(c0 + c1 - L) / 2``.
+* The part lies in the capsule around its chord whose radius is the largest distance of a
+  control point from the chord. If no solid touches that capsule grown by ``r``, every point of
+  the part is at least ``r`` away from solids; and as the ends are outside of solids by the sign
+  of their clearance, and no surface lies between, the whole part is.
+
+What is proven is the larger of the wanted distance and the smallest clearance seen so far on the
+piece less a tolerance, so that the bound is tight as well as true. A point too close refutes the
+piece at once. Parts still open at the last depth are refused: the proof fails closed.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from planner.geometry import bezier
+from planner.geometry.arrays import Bools, Floats, Ints
+
+DEPTH = 11
+"""Halvings after which a part that is still not proven is refused."""
+
+TOLERANCE = 0.04
+"""Wanted tightness of the proven bound, as a share of the wanted distance."""
+
+
+class Space(Protocol):
+    """What flight needs to know of an airspace."""
+
+    @property
+    def d_min(self) -> float:
+        """Wanted distance to solids, metres."""
+
+    @property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Lowest and highest corner of the space that is considered, each (3,)."""
+
+    def clearance(self, points: Floats) -> Floats:
+        """Signed distance to solids, shape (m,), metres, exact outside."""
+
+    def zone_margin(self, points: Floats) -> Floats:
+        """Signed distance to zones, shape (m,), metres, infinite without any."""
+
+    def capsule_clearance_at_least(self, a: Floats, b: Floats, radius: float) -> bool:
+        """Whether no solid lies within ``radius`` of the segment, exact."""
+
+    def edge_is_free(self, a: Floats, b: Floats) -> bool:
+        """Whether the segment keeps ``d_min`` and touches no zone, exact."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Certificate:
+    """What is proven about each of M pieces.
+
+    Parameters
+    ----------
+    safe
+        Whether clearance is at least the wanted distance and no zone is touched, shape (M,).
+    clearance
+        Proven lower bound of the clearance, metres, shape (M,); minus infinity where not safe.
+    zone_margin
+        Proven lower bound of the zone margin, metres, shape (M,); minus infinity where not safe.
+    seen
+        Smallest clearance that was met at any point of the piece, metres, shape (M,).
+    where
+        That point, shape (M, 3).
+
+    """
+
+    safe: Bools
+    clearance: Floats
+    zone_margin: Floats
+    seen: Floats
+    where: Floats
+
+
+def certify(
+    controls: Floats,
+    airspace: Space,
+    *,
+    required: float | None = None,
+    tolerance: float | None = None,
+) -> Certificate:
+    """Prove lower bounds of clearance and zone margin along each whole piece.
+
+    Parameters
+    ----------
+    controls
+        Shape (M, 4, 3), metres.
+    airspace
+        Solids and zones.
+    required
+        Distance to solids that makes a piece safe, metres; the airspace's ``d_min`` by default.
+    tolerance
+        How far the bound may lie under the smallest clearance seen, metres; by default
+        :data:`TOLERANCE` of ``required``.
+
+    Returns
+    -------
+    certificate
+        One row a piece.
+
+    """
+    wanted = airspace.d_min if required is None else required
+    proof = _Proof(controls, airspace, wanted, tolerance or TOLERANCE * wanted)
+    parts = proof.first_parts()
+    for _ in range(DEPTH):
+        parts = proof.split(proof.leave_open(parts))
+        if not len(parts.owner):
+            break
+    proof.refuse(proof.leave_open(parts))
+    return proof.certificate()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Parts:
+    """Parts of pieces that are still open: ``owner`` is the piece, ``ends`` the values there."""
+
+    controls: Floats  # (n, 4, 3)
+    owner: Ints  # (n,)
+    clearance: Floats  # (n, 2)
+    zones: Floats  # (n, 2)
+
+    def take(self, rows: Bools) -> "_Parts":
+        return _Parts(self.controls[rows], self.owner[rows], self.clearance[rows], self.zones[rows])
+
+
+class _Proof:
+    """Bounds of all pieces while their parts are worked off."""
+
+    def __init__(
+        self, controls: Floats, airspace: Space, required: float, tolerance: float
+    ) -> None:
+        count = len(controls)
+        self.controls, self.airspace = controls, airspace
+        self.required, self.tolerance = required, tolerance
+        self.seen = np.full(count, np.inf)
+        self.seen_zone = np.full(count, np.inf)
+        self.where = controls[:, 0].copy()
+        self.floor = np.full(count, np.inf)
+        self.zone_floor = np.full(count, np.inf)
+        self.safe: Bools = np.asarray(np.isfinite(controls).all(axis=(1, 2)))
+
+    def first_parts(self) -> _Parts:
+        """Halves of all pieces, whose ends have been looked at."""
+        owner = np.flatnonzero(self.safe)
+        whole = self.controls[owner]
+        ends = zip(self._look(whole[:, 0], owner), self._look(whole[:, 3], owner), strict=True)
+        clearance, zones = (np.stack(pair, axis=1) for pair in ends)
+        return self.split(_Parts(whole, owner, clearance, zones))
+
+    def split(self, parts: _Parts) -> _Parts:
+        """Both halves of each part of a piece that is not refuted; looks at their joint."""
+        parts = parts.take(self.safe[parts.owner])
+        left, right = bezier.split(parts.controls)
+        joint = self._look(left[:, 3], parts.owner)
+        halves = []
+        for ends, middle in zip((parts.clearance, parts.zones), joint, strict=True):
+            first = np.stack([ends[:, 0], middle], axis=1)
+            halves.append(np.concatenate([first, np.stack([middle, ends[:, 1]], axis=1)]))
+        both = np.concatenate([left, right])
+        return _Parts(both, np.tile(parts.owner, 2), halves[0], halves[1])
+
+    def leave_open(self, parts: _Parts) -> _Parts:
+        """Prove what can be proven now; return the other parts of pieces not refuted."""
+        parts = parts.take(self.safe[parts.owner])
+        polygon = bezier.polygon_length(parts.controls)
+        solid, goal = 0.5 * (parts.clearance.sum(axis=1) - polygon), self._goal(parts.owner)
+        zone = parts.zones.min(axis=1) - 0.5 * polygon
+        zone_proven = zone >= np.maximum(0.0, self.seen_zone[parts.owner] - self.tolerance)
+        proven = solid >= goal
+        for row in np.flatnonzero(zone_proven & ~proven):  # each is one exact sweep
+            if self._swept(parts.controls[row], goal[row]):
+                solid[row], proven[row] = goal[row], True
+        done = proven & zone_proven
+        np.minimum.at(self.floor, parts.owner[done], solid[done])
+        np.minimum.at(self.zone_floor, parts.owner[done], zone[done])
+        return parts.take(~done)
+
+    def refuse(self, parts: _Parts) -> None:
+        """Give up the pieces of these parts."""
+        self.safe[parts.owner] = False
+
+    def certificate(self) -> Certificate:
+        """Result, with no bound for what is not safe."""
+        return Certificate(
+            safe=self.safe,
+            clearance=np.where(self.safe, self.floor, -np.inf),
+            zone_margin=np.where(self.safe, self.zone_floor, -np.inf),
+            seen=self.seen,
+            where=self.where,
+        )
+
+    def _goal(self, owner: Ints) -> Floats:
+        return np.maximum(self.required, self.seen[owner] - self.tolerance)
+
+    def _swept(self, controls: Floats, distance: float) -> bool:
+        radius = distance + float(bezier.hull_radius(controls))
+        return self.airspace.capsule_clearance_at_least(controls[0], controls[3], radius)
+
+    def _look(self, points: Floats, owner: Ints) -> tuple[Floats, Floats]:
+        """Clearance and zone margin of points on the curve; refutes pieces by them."""
+        if not len(points):
+            return np.zeros(0), np.zeros(0)
+        clearance, zones = self.airspace.clearance(points), self.airspace.zone_margin(points)
+        order = np.argsort(-clearance, kind="stable")  # the least is written last
+        less = clearance[order] < self.seen[owner[order]]
+        self.where[owner[order[less]]] = points[order[less]]
+        np.fmin.at(self.seen, owner, clearance)
+        np.fmin.at(self.seen_zone, owner, zones)
+        close = ~(clearance >= self.required) | ~(zones >= 0.0)  # not a number is close too
+        self.safe[owner[close]] = False
+        return clearance, zones

@@ -1,0 +1,69 @@
+"""Solids whose distances are known exactly, to hold the flight against."""
+
+import numpy as np
+import pytest
+
+
+class Solids:
+    """An airspace of boxes, balls and level ground with closed formulas for every distance."""
+
+    def __init__(self, boxes=(), balls=(), *, ground=None, ceiling=np.inf, d_min=2.0, bounds=None):
+        self.boxes = np.array(boxes, dtype=float).reshape(-1, 2, 3)
+        self.balls = np.array(balls, dtype=float).reshape(-1, 4)
+        self.ground, self.ceiling, self.d_min = ground, ceiling, d_min
+        low, high = bounds or ((-60, -60, -5), (60, 60, 60))
+        self.bounds = np.array(low, dtype=float), np.array(high, dtype=float)
+
+    def clearance(self, points):
+        points = np.asarray(points, dtype=float)
+        near = np.full(len(points), np.inf)
+        for low, high in self.boxes:
+            out = np.maximum(low - points, points - high)
+            outside = np.linalg.norm(out.clip(0.0), axis=1)
+            near = np.minimum(near, np.where(outside > 0, outside, out.max(axis=1)))
+        for *centre, radius in self.balls:
+            near = np.minimum(near, np.linalg.norm(points - centre, axis=1) - radius)
+        return near if self.ground is None else np.minimum(near, points[:, 2] - self.ground)
+
+    def zone_margin(self, points):
+        return self.ceiling - np.asarray(points)[:, 2]
+
+    def is_free(self, points):
+        return (self.clearance(points) >= self.d_min) & (self.zone_margin(points) >= 0.0)
+
+    def capsule_clearance_at_least(self, a, b, radius):
+        return bool(self.segment_distance(np.asarray(a), np.asarray(b)) >= radius + 1e-9)
+
+    def edge_is_free(self, a, b):
+        ends = np.stack([a, b])
+        return bool(self.is_free(ends).all() and self.capsule_clearance_at_least(a, b, self.d_min))
+
+    def segment_distance(self, a, b):
+        """Exact distance of the segment to the solids, 0 where it touches one."""
+        near = np.inf if self.ground is None else min(a[2], b[2]) - self.ground
+        step = b - a
+        for low, high in self.boxes:  # the slope of the squared distance is piecewise linear
+            with np.errstate(divide="ignore", invalid="ignore"):
+                crossings = np.concatenate([(low - a) / step, (high - a) / step])
+            inner = crossings[np.isfinite(crossings) & (crossings > 0) & (crossings < 1)]
+            at = np.sort(np.concatenate([[0.0, 1.0], inner]))
+            place = a + at[:, None] * step
+            excess = (place - high).clip(0.0) - (low - place).clip(0.0)
+            slope = excess @ step
+            k = int(np.searchsorted(slope > 0, True))  # first breakpoint where it rises
+            best = at[min(k, len(at) - 1)]
+            if 0 < k < len(at) and slope[k] > slope[k - 1]:
+                best = at[k - 1] - slope[k - 1] * (at[k] - at[k - 1]) / (slope[k] - slope[k - 1])
+            place = a + best * step
+            gap = (place - high).clip(0.0) - (low - place).clip(0.0)
+            near = min(near, float(np.linalg.norm(gap)))
+        for *centre, radius in self.balls:
+            along = np.clip((centre - a) @ step / max(float(step @ step), 1e-300), 0.0, 1.0)
+            near = min(near, float(np.linalg.norm(a + along * step - centre)) - radius)
+        return near
+
+
+@pytest.fixture(scope="session")
+def solids():
+    """Class of exact solids."""
+    return Solids
