@@ -1,5 +1,7 @@
 """Thinning a cloud to an even density, and dropping stray points."""
 
+import itertools
+
 import numpy as np
 
 from planner.geometry.arrays import Bools, Floats, Ints
@@ -7,6 +9,7 @@ from planner.scene.cloud import PointCloud
 from planner.scene.neighbours import Neighbours
 
 _MOST_CELLS = 2**21  # along an axis: three of them fit one 64-bit key
+_RIM = 4  # free cells around, so that the key of a neighbour never wraps
 _STRAY = 3.0  # how much lonelier than its neighbours a stray point is
 
 
@@ -21,8 +24,8 @@ def cell_keys(xyz: Floats, spacing: float) -> Ints:
     """
     if not spacing > 0.0:
         raise ValueError(f"spacing must be positive, got {spacing}.")
-    index = np.floor((xyz - xyz.min(axis=0, initial=np.inf)) / spacing)
-    if len(index) and index.max() >= _MOST_CELLS:
+    index = np.floor((xyz - xyz.min(axis=0, initial=np.inf)) / spacing) + _RIM
+    if len(index) and index.max() >= _MOST_CELLS - _RIM:
         raise ValueError(f"spacing {spacing} cuts the cloud into more than {_MOST_CELLS} cells.")
     column = index.astype(np.int64)
     return np.asarray((column[:, 0] << 42) | (column[:, 1] << 21) | column[:, 2])
@@ -99,7 +102,7 @@ def stray_points(xyz: Floats, neighbours: int, sigma: float) -> Bools:
     limit = float(typical.mean() + sigma * typical.std())
     if limit <= 0.0:
         return stray
-    rows = _in_sparse_cells(xyz, limit, neighbours)
+    rows = np.flatnonzero(~_crowded(xyz, limit, neighbours))
     if len(rows) == 0:
         return stray
     distance, near = tree.nearest(xyz[rows], neighbours + 1)
@@ -112,21 +115,29 @@ def stray_points(xyz: Floats, neighbours: int, sigma: float) -> Bools:
     return stray
 
 
-def _in_sparse_cells(xyz: Floats, limit: float, neighbours: int) -> Ints:
-    """Rows that may have a mean neighbour distance above ``limit``.
+def _crowded(xyz: Floats, reach: float, neighbours: int) -> Bools:
+    """Points with surely more than ``neighbours`` points within ``reach``, themselves included.
 
-    In a cell with diagonal ``limit`` that holds more than ``neighbours`` points none can.
+    Counts the points in those cells around a point's own, a quarter of ``reach`` wide, that lie
+    within reach as a whole. A point that is not counted as crowded may be so all the same.
     """
-    width = limit / np.sqrt(3.0)
-    span = float(np.ptp(xyz, axis=0).max())
-    _, cell, count = np.unique(
-        cell_keys(xyz, max(width, span / (_MOST_CELLS - 1))),
-        return_inverse=True,
-        return_counts=True,
-    )
-    if span / (_MOST_CELLS - 1) > width:
-        return np.arange(len(xyz))
-    return np.flatnonzero(count[cell] <= neighbours)
+    width = reach / 4.0
+    if np.ptp(xyz, axis=0).max() / width > _MOST_CELLS - 8:
+        return np.zeros(len(xyz), dtype=bool)
+    keys = cell_keys(xyz, width)
+    cells, cell, count = np.unique(keys, return_inverse=True, return_counts=True)
+    below = np.r_[0, np.cumsum(count)]
+    total = np.zeros(len(cells), dtype=np.int64)
+    for i, j in itertools.product(range(-2, 3), repeat=2):
+        left = 16.0 - (abs(i) + 1) ** 2 - (abs(j) + 1) ** 2
+        if left < 1.0:
+            continue
+        up = int(np.sqrt(left)) - 1
+        centre = cells + (i << 42) + (j << 21)
+        first = np.searchsorted(cells, centre - up, side="left")
+        last = np.searchsorted(cells, centre + up, side="right")
+        total += below[last] - below[first]
+    return np.asarray(total[cell] > neighbours)
 
 
 def drop_outliers(cloud: PointCloud, neighbours: int, sigma: float) -> PointCloud:

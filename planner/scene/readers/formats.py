@@ -4,15 +4,32 @@ from collections.abc import Callable
 from pathlib import Path
 
 from planner.errors import PlannerError
+from planner.scene.readers.cityjson import read_cityjson
+from planner.scene.readers.gltf import read_gltf
 from planner.scene.readers.las import read_las
+from planner.scene.readers.obj import read_obj
+from planner.scene.readers.off import read_off
+from planner.scene.readers.pcd import read_pcd
 from planner.scene.readers.ply import read_ply
 from planner.scene.readers.source import Source, refusal
+from planner.scene.readers.stl import read_stl
+from planner.scene.readers.xyz import read_xyz
 
 _READERS: dict[str, Callable[[Path], Source]] = {
     ".ply": read_ply,
+    ".pcd": read_pcd,
+    ".xyz": read_xyz,
+    ".csv": read_xyz,
+    ".txt": read_xyz,
+    ".obj": read_obj,
+    ".stl": read_stl,
+    ".off": read_off,
+    ".glb": read_gltf,
+    ".gltf": read_gltf,
+    ".json": read_cityjson,
+    ".jsonl": read_cityjson,
 }
 _LAS = (".las", ".laz")
-MESH_ONLY = (".obj", ".stl", ".off", ".glb", ".gltf")
 
 
 def extensions() -> tuple[str, ...]:
