@@ -9,6 +9,8 @@ A piece is cut in halves until each part is proven. A part is proven in one of t
   the part is at least ``r`` away from solids; and as the ends are outside of solids by the sign
   of their clearance, and no surface lies between, the whole part is.
 
+Zones are kept in the same two ways.
+
 What is proven is the larger of the wanted distance and the smallest clearance seen so far on the
 piece less a tolerance, so that the bound is tight as well as true. A point too close refutes the
 piece at once. Parts still open at the last depth are refused: the proof fails closed.
@@ -49,8 +51,8 @@ class Space(Protocol):
     def capsule_clearance_at_least(self, a: Floats, b: Floats, radius: float) -> bool:
         """Whether no solid lies within ``radius`` of the segment, exact."""
 
-    def edge_is_free(self, a: Floats, b: Floats) -> bool:
-        """Whether the segment keeps ``d_min`` and touches no zone, exact."""
+    def zone_margin_at_least(self, a: Floats, b: Floats, margin: float) -> bool:
+        """Whether the zone margin along the whole segment is proven to be so much."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,6 +86,7 @@ def certify(
     airspace: Space,
     *,
     required: float | None = None,
+    zone_required: float = 0.0,
     tolerance: float | None = None,
 ) -> Certificate:
     """Prove lower bounds of clearance and zone margin along each whole piece.
@@ -96,8 +99,10 @@ def certify(
         Solids and zones.
     required
         Distance to solids that makes a piece safe, metres; the airspace's ``d_min`` by default.
+    zone_required
+        The same for zones, metres.
     tolerance
-        How far the bound may lie under the smallest clearance seen, metres; by default
+        How far a bound may lie under the smallest value seen, metres; by default
         :data:`TOLERANCE` of ``required``.
 
     Returns
@@ -107,7 +112,8 @@ def certify(
 
     """
     wanted = airspace.d_min if required is None else required
-    proof = _Proof(controls, airspace, wanted, tolerance or TOLERANCE * wanted)
+    slack = TOLERANCE * wanted if tolerance is None else tolerance
+    proof = _Proof(controls, airspace, wanted, zone_required, slack)
     parts = proof.first_parts()
     for _ in range(DEPTH):
         parts = proof.split(proof.leave_open(parts))
@@ -134,11 +140,16 @@ class _Proof:
     """Bounds of all pieces while their parts are worked off."""
 
     def __init__(
-        self, controls: Floats, airspace: Space, required: float, tolerance: float
+        self,
+        controls: Floats,
+        airspace: Space,
+        required: float,
+        zone_required: float,
+        tolerance: float,
     ) -> None:
         count = len(controls)
-        self.controls, self.airspace = controls, airspace
-        self.required, self.tolerance = required, tolerance
+        self.controls, self.airspace, self.tolerance = controls, airspace, tolerance
+        self.required, self.zone_required = required, zone_required
         self.seen = np.full(count, np.inf)
         self.seen_zone = np.full(count, np.inf)
         self.where = controls[:, 0].copy()
@@ -170,13 +181,19 @@ class _Proof:
         """Prove what can be proven now; return the other parts of pieces not refuted."""
         parts = parts.take(self.safe[parts.owner])
         polygon = bezier.polygon_length(parts.controls)
-        solid, goal = 0.5 * (parts.clearance.sum(axis=1) - polygon), self._goal(parts.owner)
+        solid = 0.5 * (parts.clearance.sum(axis=1) - polygon)
         zone = parts.zones.min(axis=1) - 0.5 * polygon
-        zone_proven = zone >= np.maximum(0.0, self.seen_zone[parts.owner] - self.tolerance)
-        proven = solid >= goal
-        for row in np.flatnonzero(zone_proven & ~proven):  # each is one exact sweep
-            if self._swept(parts.controls[row], goal[row]):
-                solid[row], proven[row] = goal[row], True
+        goal, zone_goal = self._goals(parts.owner)
+        proven, zone_proven = solid >= goal, zone >= zone_goal
+        for row in np.flatnonzero(~(proven & zone_proven)).tolist():  # each is an exact sweep
+            start, end = parts.controls[row, 0], parts.controls[row, 3]
+            around = float(bezier.hull_radius(parts.controls[row]))
+            if not zone_proven[row]:
+                zone_proven[row] = self._zone_swept(start, end, zone_goal[row] + around)
+                zone[row] = zone_goal[row]
+            if zone_proven[row] and not proven[row]:
+                proven[row] = self._swept(start, end, goal[row] + around)
+                solid[row] = goal[row]
         done = proven & zone_proven
         np.minimum.at(self.floor, parts.owner[done], solid[done])
         np.minimum.at(self.zone_floor, parts.owner[done], zone[done])
@@ -196,12 +213,16 @@ class _Proof:
             where=self.where,
         )
 
-    def _goal(self, owner: Ints) -> Floats:
-        return np.maximum(self.required, self.seen[owner] - self.tolerance)
+    def _goals(self, owner: Ints) -> tuple[Floats, Floats]:
+        """What is to be proven of clearance and zone margin for the parts of these pieces."""
+        solid = np.maximum(self.required, self.seen[owner] - self.tolerance)
+        return solid, np.maximum(self.zone_required, self.seen_zone[owner] - self.tolerance)
 
-    def _swept(self, controls: Floats, distance: float) -> bool:
-        radius = distance + float(bezier.hull_radius(controls))
-        return self.airspace.capsule_clearance_at_least(controls[0], controls[3], radius)
+    def _swept(self, start: Floats, end: Floats, radius: float) -> bool:
+        return self.airspace.capsule_clearance_at_least(start, end, radius)
+
+    def _zone_swept(self, start: Floats, end: Floats, margin: float) -> bool:
+        return self.airspace.zone_margin_at_least(start, end, margin)
 
     def _look(self, points: Floats, owner: Ints) -> tuple[Floats, Floats]:
         """Clearance and zone margin of points on the curve; refutes pieces by them."""
@@ -213,6 +234,6 @@ class _Proof:
         self.where[owner[order[less]]] = points[order[less]]
         np.fmin.at(self.seen, owner, clearance)
         np.fmin.at(self.seen_zone, owner, zones)
-        close = ~(clearance >= self.required) | ~(zones >= 0.0)  # not a number is close too
+        close = ~((clearance >= self.required) & (zones >= self.zone_required))  # or no number
         self.safe[owner[close]] = False
         return clearance, zones

@@ -92,7 +92,7 @@ def plan_flight(
     """
     spots = np.round(viewpoints.positions, JOINT_DECIMALS) + 0.0
     legs = Legs(spots, airspace, settings, seed)
-    rows, findings = _free_rows(spots, airspace, legs.required)
+    rows, findings = _free_rows(spots, airspace, settings.margin)
     while True:  # each round but the last drops a viewpoint or leaves the tour open
         ring = closed and len(rows) > 1
         pairs = _pairs(rows, closed=ring)
@@ -121,21 +121,20 @@ def plan_flight(
     )
 
 
-def _free_rows(spots: Floats, airspace: Space, required: float) -> tuple[Ints, list[Finding]]:
+def _free_rows(spots: Floats, airspace: Space, margin: float) -> tuple[Ints, list[Finding]]:
     """Viewpoints that keep their distance where they are, and a finding for each other one."""
     if not len(spots):
         return np.zeros(0, dtype=np.int64), []
+    required = airspace.d_min + margin
     clearance, zones = airspace.clearance(spots), airspace.zone_margin(spots)
-    free = (clearance >= required) & (zones >= 0.0)
+    away, allowed = clearance >= required, zones >= margin
     findings = []
-    for row in np.flatnonzero(~free).tolist():
-        reason = (
-            f"is {clearance[row]:.3f} m from solids where {required:.3f} m are kept"
-            if not clearance[row] >= required
-            else f"is {-zones[row]:.3f} m inside of a zone or above the ceiling"
-        )
+    for row in np.flatnonzero(~(away & allowed)).tolist():
+        kept, wanted = (zones[row], margin) if away[row] else (clearance[row], required)
+        what = "zones or the ceiling" if away[row] else "solids"
+        reason = f"is {kept:.3f} m from {what} where {wanted:.3f} m are kept"
         findings.append(_dropped(row, spots, reason))
-    return np.flatnonzero(free), findings
+    return np.flatnonzero(away & allowed), findings
 
 
 def _pairs(rows: Ints, *, closed: bool) -> list[Pair]:

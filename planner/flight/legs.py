@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.config import FlightSettings
-from planner.flight.certificate import Certificate, Space, certify
+from planner.flight.certificate import Space
 from planner.flight.path import CONTROL_DECIMALS
-from planner.flight.repair import SHRINK, find_way, smooth_way
+from planner.flight.repair import SHRINK, find_way, proven, smooth_way
 from planner.flight.smooth import arcs, tangents
 from planner.geometry import bezier
 from planner.geometry.arrays import Floats, Ints
@@ -57,8 +57,6 @@ class Legs:
 
     Attributes
     ----------
-    required
-        Distance to solids that is proven, metres.
     results
         What the motion solver said, one result a search.
 
@@ -66,7 +64,6 @@ class Legs:
 
     def __init__(self, spots: Floats, airspace: Space, settings: FlightSettings, seed: int) -> None:
         self._spots, self._airspace, self._settings, self._seed = spots, airspace, settings, seed
-        self.required = airspace.d_min + settings.margin
         self.results: list[Result[Floats]] = []
         self._chords: dict[Pair, Leg | None] = {}
         self._ways: dict[Pair, Floats | None] = {}
@@ -105,8 +102,8 @@ class Legs:
             self._around(pair, leaving[k], arriving[k]) if leg is None else leg
             for k, (pair, leg) in enumerate(zip(pairs, direct, strict=True))
         ]
-        proven = [leg for leg in found if leg is not None]
-        return proven if len(proven) == len(pairs) else None
+        safe = [leg for leg in found if leg is not None]
+        return safe if len(safe) == len(pairs) else None
 
     def _look_at_chords(self, pairs: list[Pair]) -> None:
         """Certify the straight chords that are new, all at once."""
@@ -125,7 +122,6 @@ class Legs:
                 self._spots[pair[0]],
                 self._spots[pair[1]],
                 self._airspace,
-                required=self.required,
                 settings=self._settings,
                 seed=self._seed,
             )
@@ -160,8 +156,7 @@ class Legs:
             leaving,
             arriving,
             self._airspace,
-            required=self.required,
-            handle=self._settings.handle,
+            settings=self._settings,
         )
         if smooth is None:
             self._ways[pair] = None
@@ -172,7 +167,7 @@ class Legs:
     def _certified(self, controls: Floats) -> list[Leg | None]:
         """One leg a piece, rounded before it is proven; ``None`` where it is not safe."""
         rounded = np.round(controls, CONTROL_DECIMALS)
-        proof: Certificate = certify(rounded, self._airspace, required=self.required)
+        proof = proven(rounded, self._airspace, self._settings)
         return [
             Leg(rounded[k : k + 1], proof.clearance[k : k + 1], proof.zone_margin[k : k + 1], False)
             if proof.safe[k]

@@ -40,7 +40,6 @@ def find_way(
     end: Floats,
     airspace: Space,
     *,
-    required: float,
     settings: FlightSettings,
     seed: int,
 ) -> Way:
@@ -55,10 +54,8 @@ def find_way(
         Free points, shape (3,), metres.
     airspace
         Solids and zones.
-    required
-        Distance to solids, metres.
     settings
-        Name of the solver and its number of validity checks.
+        Margin, name of the solver and its number of validity checks.
     seed
         Root of all chance.
 
@@ -71,6 +68,7 @@ def find_way(
     from solvers import Stop, solve
     from solvers.motion import MotionProblem
 
+    required = airspace.d_min + settings.margin
     swapped = tuple(end) < tuple(start)
     first, last = (end, start) if swapped else (start, end)
     low, high = airspace.bounds
@@ -81,8 +79,8 @@ def find_way(
         first,
         last,
         bounds,
-        lambda point: point_is_free(point, airspace, required),
-        lambda a, b: edge_is_free(a, b, airspace, required),
+        lambda point: point_is_free(point, airspace, required, settings.margin),
+        lambda a, b: edge_is_free(a, b, airspace, required, settings.margin),
         step=required,
     )
     result = solve(
@@ -102,8 +100,7 @@ def smooth_way(
     arriving: Floats,
     airspace: Space,
     *,
-    required: float,
-    handle: float,
+    settings: FlightSettings,
 ) -> tuple[Floats, Certificate] | None:
     """Certified pieces along a polyline, its corners rounded as far as the proof allows.
 
@@ -116,10 +113,8 @@ def smooth_way(
         Corners, shape (n, 3), n >= 2, metres.
     leaving, arriving
         Unit tangents at the two viewpoints, shape (3,).
-    airspace, required
+    airspace, settings
         As :func:`find_way`.
-    handle
-        Bezier handle as a share of the chord.
 
     Returns
     -------
@@ -129,38 +124,50 @@ def smooth_way(
 
     """
     nodes = _distinct(points)
-    cuts = _corner_cuts(nodes, airspace, required)
+    cuts = _corner_cuts(nodes, airspace, settings)
     chain = _chain(nodes, cuts)
     for row, tangent, backwards in ((0, leaving, False), (-1, arriving, True)):
         if len(chain) == 1:
             break
         for share in SHRINK:
             trial = np.round(
-                departure(chain[row], tangent, handle * share, backwards=backwards),
+                departure(chain[row], tangent, settings.handle * share, backwards=backwards),
                 CONTROL_DECIMALS,
             )
-            if certify(trial[None], airspace, required=required).safe[0]:
+            if proven(trial[None], airspace, settings).safe[0]:
                 chain[row] = trial
                 break
     for pieces in (chain, np.round(polyline(nodes), CONTROL_DECIMALS)):
-        certificate = certify(pieces, airspace, required=required)
+        certificate = proven(pieces, airspace, settings)
         if certificate.safe.all():
             return pieces, certificate
     return None
 
 
-def point_is_free(point: Floats, airspace: Space, required: float) -> bool:
-    """Whether one point, shape (3,), keeps its distance and touches no zone."""
+def proven(controls: Floats, airspace: Space, settings: FlightSettings) -> Certificate:
+    """Certificate of pieces, shape (M, 4, 3), for ``d_min`` and the settings' margin."""
+    return certify(
+        controls,
+        airspace,
+        required=airspace.d_min + settings.margin,
+        zone_required=settings.margin,
+    )
+
+
+def point_is_free(point: Floats, airspace: Space, required: float, margin: float) -> bool:
+    """Whether one point, shape (3,), is so far from solids and zones."""
     spot = point[None]
-    return bool(airspace.clearance(spot)[0] >= required and airspace.zone_margin(spot)[0] >= 0.0)
+    return bool(airspace.clearance(spot)[0] >= required and airspace.zone_margin(spot)[0] >= margin)
 
 
-def edge_is_free(a: Floats, b: Floats, airspace: Space, required: float) -> bool:
-    """Whether the whole straight edge does; its ends must be known to be free."""
-    return airspace.capsule_clearance_at_least(a, b, required) and airspace.edge_is_free(a, b)
+def edge_is_free(a: Floats, b: Floats, airspace: Space, required: float, margin: float) -> bool:
+    """Whether the whole straight edge is; one of its ends must be known to be."""
+    return airspace.capsule_clearance_at_least(a, b, required) and airspace.zone_margin_at_least(
+        a, b, margin
+    )
 
 
-def _corner_cuts(nodes: Floats, airspace: Space, required: float) -> Floats:
+def _corner_cuts(nodes: Floats, airspace: Space, settings: FlightSettings) -> Floats:
     """How far from each inner node its corner is cut off, shape (n,), 0 where it stays sharp."""
     sides = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
     widest = np.zeros(len(nodes))
@@ -171,7 +178,7 @@ def _corner_cuts(nodes: Floats, airspace: Space, required: float) -> Floats:
         if not rows:
             break
         trial = np.stack([_corner(nodes, row, share * widest[row]) for row in rows])
-        safe = certify(np.round(trial, CONTROL_DECIMALS), airspace, required=required).safe
+        safe = proven(np.round(trial, CONTROL_DECIMALS), airspace, settings).safe
         for row in np.array(rows)[safe].tolist():
             cuts[row] = share * widest[row]
     return cuts

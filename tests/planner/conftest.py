@@ -34,9 +34,8 @@ class Solids:
     def capsule_clearance_at_least(self, a, b, radius):
         return bool(self.segment_distance(np.asarray(a), np.asarray(b)) >= radius + 1e-9)
 
-    def edge_is_free(self, a, b):
-        ends = np.stack([a, b])
-        return bool(self.is_free(ends).all() and self.capsule_clearance_at_least(a, b, self.d_min))
+    def zone_margin_at_least(self, a, b, margin):
+        return bool(self.ceiling - max(a[2], b[2]) >= margin)
 
     def segment_distance(self, a, b):
         """Exact distance of the segment to the solids, 0 where it touches one."""
