@@ -1,0 +1,293 @@
+"""Where a drone may fly: clearance to solids, margin to zones, and proofs along edges."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from planner.airspace.collision import Triangles
+from planner.airspace.obstacles import Points
+from planner.airspace.occupancy import Occupancy, occupancy
+from planner.airspace.terrain import Terrain, terrain
+from planner.airspace.zones import Zones, zones
+from planner.config import AirspaceSettings
+from planner.geometry.arrays import Bools, Floats, Ints, read_only
+from planner.scene.cloud import Mesh
+from planner.scene.scene import Ground, Scene
+
+_STEPS = 10  # of the walk out of a doubtful cell; each about doubles the distance
+_DEFAULTS = AirspaceSettings()
+
+
+@dataclass(frozen=True, eq=False)
+class Airspace:
+    """Solids, zones and distances of a place.
+
+    Solids are the surface, curtains around what is filled under roofs, the terrain and
+    everything under it, the raw points, and whatever the open sky does not reach.
+
+    Parameters
+    ----------
+    mesh
+        All triangles of the solids: surface, terrain, curtains, in that order, local metres.
+    parts
+        Number of triangles of each of the three, shape (3,).
+    obstacles
+        Raw points, shape (P, 3), metres.
+    ground
+        Terrain heights by cell.
+    zones
+        Prisms and ceiling.
+    occupancy
+        Grid of what the open sky reaches.
+    d_min, d_max
+        Least clearance, and the farthest that a photo is taken from, metres.
+    low, high
+        Corners of the space in which flight is considered, shape (3,), metres.
+
+    """
+
+    mesh: Mesh
+    parts: Ints
+    obstacles: Floats
+    ground: Ground
+    zones: Zones
+    occupancy: Occupancy
+    d_min: float
+    d_max: float
+    low: Floats
+    high: Floats
+
+    def __post_init__(self) -> None:
+        for name, shape in (("obstacles", (None, 3)), ("low", (3,)), ("high", (3,))):
+            object.__setattr__(self, name, read_only(getattr(self, name), shape, name=name))
+        parts = read_only(self.parts, (3,), name="parts", dtype=np.int64)
+        object.__setattr__(self, "parts", parts)
+        if parts.min() < 0 or parts.sum() != len(self.mesh):
+            raise ValueError(f"parts {parts} must sum to the {len(self.mesh)} triangles.")
+        if not 0.0 < self.d_min < self.d_max or not (self.low < self.high).all():
+            raise ValueError(
+                f"need 0 < d_min < d_max and low < high, got {self.d_min}, {self.d_max}, "
+                f"{self.low} and {self.high}."
+            )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Fields only: each process builds its own search structures."""
+        return {name: vars(self)[name] for name in self.__dataclass_fields__}
+
+    @property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Lowest and highest corner of the space in which flight is considered, each (3,)."""
+        return self.low, self.high
+
+    @property
+    def ceiling(self) -> float | None:
+        """Highest flight above the terrain, metres, or ``None``."""
+        return None if self.zones.ceiling is None else self.zones.ceiling.above_ground
+
+    @cached_property
+    def terrain(self) -> Terrain:
+        """Terrain as the continuous sheet that is part of the solids."""
+        return terrain(self.ground)
+
+    @cached_property
+    def _triangles(self) -> Triangles:
+        return Triangles(self.mesh)
+
+    @cached_property
+    def _points(self) -> Points:
+        return Points(self.obstacles, cell=0.5 * self.d_min)
+
+    def clearance(self, points: Floats) -> Floats:
+        """Signed distance from points to solids.
+
+        Parameters
+        ----------
+        points
+            Shape (m, 3), metres, local frame.
+
+        Returns
+        -------
+        clearance
+            Shape (m,), metres. Exact outside; negative inside, where its size is the distance
+            to the nearest surface. Minus infinity for a point that is not finite.
+
+        """
+        points = np.asarray(points, dtype=np.float64)
+        clearance = np.full(len(points), -np.inf)
+        finite = np.isfinite(points).all(axis=1)
+        at = points[finite]
+        if len(at):
+            surface, obstacle = self._triangles.distance(at), self._points.distance(at)
+            outside = self._is_outside(at, np.minimum(surface, obstacle))
+            clearance[finite] = np.minimum(np.where(outside, surface, -surface), obstacle)
+        return clearance
+
+    def zone_margin(self, points: Floats) -> Floats:
+        """Signed margin of points, (m, 3), to zones, metres; negative is forbidden.
+
+        Changes by at most a metre a metre; infinite without any zone; minus infinity for a point
+        that is not finite.
+        """
+        points = np.asarray(points, dtype=np.float64)
+        margin = np.full(len(points), -np.inf)
+        finite = np.isfinite(points).all(axis=1)
+        margin[finite] = self.zones.margin(points[finite])
+        return margin
+
+    def is_free(self, points: Floats) -> Bools:
+        """Tell which points, (m, 3), keep ``d_min`` to solids, obey the zones and are in bounds."""
+        points = np.asarray(points, dtype=np.float64)
+        free: Bools = self._in_bounds(points) & (self.zone_margin(points) >= 0.0)
+        free[free] = self.clearance(points[free]) >= self.d_min
+        return free
+
+    def capsule_clearance_at_least(self, a: Floats, b: Floats, radius: float) -> bool:
+        """Prove that no surface and no obstacle is closer than ``radius`` to the segment.
+
+        Says nothing about the side: with one end outside of solids, the whole segment is.
+
+        Parameters
+        ----------
+        a, b
+            Ends of the segment, shape (3,), metres.
+        radius
+            Wanted distance, metres, positive.
+
+        Returns
+        -------
+        clear
+            Exact but for a hundredth of a millimetre on the safe side. False for ends that are
+            not finite or farther out than the space that is known.
+
+        """
+        a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+        if not self._in_bounds(np.stack([a, b]), margin=self.d_max).all():
+            return False
+        return self._points.capsule_is_clear(a, b, radius) and self._triangles.capsule_is_clear(
+            a, b, radius
+        )
+
+    def zone_margin_at_least(self, a: Floats, b: Floats, margin: float) -> bool:
+        """Prove that the zone margin along the whole segment is at least ``margin`` metres."""
+        a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+        if not np.isfinite([a, b]).all():
+            return False
+        return self.zones.margin_at_least(a, b, margin)
+
+    def edge_is_free(self, a: Floats, b: Floats) -> bool:
+        """Prove that every point of the segment is free.
+
+        The capsule of radius ``d_min`` around it touches no solid, its start is outside of
+        solids (and so, with no surface between, is the rest), no zone is touched, and both ends
+        are in bounds.
+        """
+        a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+        return (
+            bool(self._in_bounds(np.stack([a, b])).all())
+            and self.zone_margin_at_least(a, b, 0.0)
+            and self.capsule_clearance_at_least(a, b, self.d_min)
+            and bool(self._is_outside(a[None], np.array([self.d_min]))[0])
+        )
+
+    def _in_bounds(self, points: Floats, *, margin: float = 0.0) -> Bools:
+        inside = (points >= self.low - margin) & (points <= self.high + margin)
+        return np.asarray(inside.all(axis=1))  # not a number is in no bounds
+
+    def _is_outside(self, points: Floats, distance: Floats) -> Bools:
+        """Tell on which side of the surfaces points are; what cannot be proven open is solid.
+
+        ``distance`` is a lower bound of that to the nearest surface or obstacle. A point farther
+        away than the grid blurs things is in a sky cell, or in a hollow.
+        """
+        outside, doubtful = self._is_sky(points)
+        doubtful &= distance <= self.occupancy.blur
+        for row in np.flatnonzero(doubtful):  # few: only beside surfaces
+            outside[row] = self._walk_reaches_sky(points[row])
+        return outside
+
+    def _is_sky(self, points: Floats) -> tuple[Bools, Bools]:
+        """Which points are proven outside, and which are in doubt."""
+        sky, in_grid = self.occupancy.is_sky(points)
+        sky |= ~in_grid & (points[:, 2] > self.terrain.height(points))
+        return sky, in_grid & ~sky
+
+    def _walk_reaches_sky(self, point: Floats) -> bool:
+        """Step away from the nearest surface until in a sky cell; no step crosses a surface."""
+        for _ in range(_STEPS):
+            distance, nearest = self._triangles.nearest(point)
+            if distance <= 0.0:
+                return False
+            point = point + 0.999 * (point - nearest)
+            if self._is_sky(point[None])[0][0]:
+                return True
+        return False
+
+
+def build_airspace(
+    scene: Scene,
+    mesh: Mesh,
+    *,
+    d_min: float,
+    d_max: float,
+    settings: AirspaceSettings = _DEFAULTS,
+) -> Airspace:
+    """Build the airspace of a scene.
+
+    Parameters
+    ----------
+    scene
+        Raw points, terrain and bounding box.
+    mesh
+        Surface: the reconstructed one, or the scene's own mesh.
+    d_min, d_max
+        Least clearance, and the farthest that a photo is taken from, metres.
+    settings
+        Zones, ceiling and how the grid is made.
+
+    Returns
+    -------
+    airspace
+        Flight is considered in the box grown by ``d_max``, from the terrain up.
+
+    """
+    low, high = _bounds(scene, d_max)
+    sheet = terrain(scene.ground)
+    grid, curtains = occupancy(
+        mesh,
+        sheet,
+        scene.cloud.xyz,
+        d_min=d_min,
+        under_roofs=settings.fill_under_roofs,
+        most_cells=settings.most_cells,
+    )
+    reach = 2.0 * d_max + 2.0 * d_min
+    parts = (mesh, sheet.mesh(low[:2] - reach, high[:2] + reach), curtains)
+    return Airspace(
+        mesh=_joined(parts),
+        parts=np.array([len(part) for part in parts]),
+        obstacles=scene.cloud.xyz,
+        ground=scene.ground,
+        zones=zones(settings.zones, settings.ceiling, scene.ground),
+        occupancy=grid,
+        d_min=d_min,
+        d_max=d_max,
+        low=low,
+        high=high,
+    )
+
+
+def _bounds(scene: Scene, d_max: float) -> tuple[Floats, Floats]:
+    """Corners, along the local axes, of the scene's box grown by ``d_max``."""
+    half = 0.5 * scene.box.size @ np.abs(scene.box.axes) + d_max
+    low, high = scene.box.centre - half, scene.box.centre + half
+    low[2] = min(low[2], float(scene.ground.heights.min()))
+    return low, high
+
+
+def _joined(parts: tuple[Mesh, ...]) -> Mesh:
+    """One mesh of all triangles, in order."""
+    first = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    triangles = [part.triangles + start for part, start in zip(parts, first, strict=False)]
+    return Mesh(np.concatenate([p.vertices for p in parts]), np.concatenate(triangles))

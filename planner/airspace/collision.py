@@ -1,0 +1,80 @@
+"""Exact distances and sweeps against triangles, through FCL.
+
+A bounding volume hierarchy is hollow to FCL: what lies deep inside of a building touches nothing.
+So everything here is unsigned; :mod:`planner.airspace.occupancy` knows the side.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from planner.geometry.arrays import Floats
+from planner.scene.cloud import Mesh
+
+_SLACK = 1e-5  # metres: FCL's capsule test reports contacts up to 1e-6 m too late
+
+
+class Triangles:
+    """Triangles in a bounding volume hierarchy; one per process, as FCL objects do not pickle.
+
+    Parameters
+    ----------
+    mesh
+        At least one triangle.
+
+    """
+
+    def __init__(self, mesh: Mesh) -> None:
+        import fcl
+
+        self._fcl = fcl
+        model = fcl.BVHModel()
+        model.beginModel(len(mesh.vertices), len(mesh))
+        model.addSubModel(np.array(mesh.vertices), np.array(mesh.triangles))
+        model.endModel()
+        self._solid = fcl.CollisionObject(model)
+        self._point = fcl.CollisionObject(fcl.Sphere(0.0))
+        self._distance = fcl.DistanceRequest()
+        self._nearest = fcl.DistanceRequest(True)
+        self._contact = fcl.CollisionRequest()
+
+    def distance(self, points: Floats) -> Floats:
+        """Distance from each point, shape (N, 3), to the nearest triangle, metres; exact."""
+        fcl, point, solid, request = self._fcl, self._point, self._solid, self._distance
+        distances = np.empty(len(points))
+        for row, at in enumerate(np.asarray(points, dtype=np.float64)):
+            point.setTranslation(at)
+            distances[row] = fcl.distance(point, solid, request, fcl.DistanceResult())
+        return distances.clip(0.0)
+
+    def nearest(self, point: Floats) -> tuple[float, Floats]:
+        """Distance to the nearest triangle and the nearest place on it, shape (3,)."""
+        self._point.setTranslation(point)
+        result = self._fcl.DistanceResult()
+        distance = self._fcl.distance(self._point, self._solid, self._nearest, result)
+        return max(float(distance), 0.0), np.asarray(result.nearest_points[0])
+
+    def capsule_is_clear(self, a: Floats, b: Floats, radius: float) -> bool:
+        """Tell whether all triangles are at least ``radius`` away from the segment ``ab``.
+
+        Exact but for a hundredth of a millimetre, by which it errs to the safe side.
+        """
+        middle, half = 0.5 * (a + b), 0.5 * float(np.linalg.norm(b - a))
+        at_middle = float(self.distance(middle[None])[0])
+        if at_middle < radius:
+            return False
+        if at_middle >= radius + half:
+            return True
+        capsule: Any = self._fcl.Capsule(radius + _SLACK, 2.0 * half)
+        pose = self._fcl.Transform(_along((b - a) / (2.0 * half)), middle)
+        swept = self._fcl.CollisionObject(capsule, pose)
+        return not self._fcl.collide(swept, self._solid, self._contact, self._fcl.CollisionResult())
+
+
+def _along(axis: Floats) -> Floats:
+    """Rotation, shape (3, 3), that turns z to the unit vector ``axis``."""
+    least = np.zeros(3)
+    least[np.argmin(np.abs(axis))] = 1.0
+    x = np.cross(least, axis)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])
