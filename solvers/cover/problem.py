@@ -156,8 +156,7 @@ class CoverProblem:
     def coverage(self, chosen: Chosen) -> Ints:
         """How many of the chosen sets hit each element, shape (elements,)."""
         hit = self.indices[self.hits(chosen)]
-        hits: Ints = np.bincount(hit, minlength=self.elements).astype(np.int64)
-        return hits
+        return np.bincount(hit, minlength=self.elements).astype(np.int64, copy=False)
 
     def sector_coverage(self, chosen: Chosen) -> Ints:
         """From how many distinct sectors each element is hit, shape (elements,)."""
@@ -166,7 +165,7 @@ class CoverProblem:
         at = self.hits(chosen)
         seen = np.zeros((self.elements, self.sector_count), dtype=np.bool_)
         seen[self.indices[at], self.sectors[at]] = True
-        return np.count_nonzero(seen, axis=1).astype(np.int64)
+        return np.asarray(np.count_nonzero(seen, axis=1), dtype=np.int64)
 
     def evaluate(self, candidate: Any) -> tuple[Chosen, float]:
         """Sorted copy of a selection, and its price.

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from solvers.arrays import Floats
+from solvers.arrays import Floats, read_only
 from solvers.tour.problem import Order, TourProblem
 
 
@@ -22,6 +22,7 @@ def closed_costs(problem: TourProblem) -> Floats:
     if fixed:
         costs[n, :n] = costs[:n, n] = detour(problem)
         costs[n, fixed] = costs[fixed, n] = 0.0
+    read_only(costs)
     return costs
 
 

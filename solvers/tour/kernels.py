@@ -13,18 +13,6 @@ Array = NDArray[Any]
 
 
 @compiled
-def nearest_lists(costs: Array, count: int) -> Array:
-    """The ``count`` cheapest neighbours of each place, cheapest first, shape (n, count)."""
-    n = len(costs)
-    lists = np.empty((n, count), dtype=np.int32)
-    for i in range(n):
-        row = costs[i].copy()
-        row[i] = np.inf
-        lists[i] = np.argsort(row, kind="mergesort")[:count]  # stable: ties to the lowest index
-    return lists
-
-
-@compiled
 def _reverse(tour: Array, position: Array, i: int, j: int) -> None:
     """Reverse the stretch from position ``i`` on to ``j``, or what is left of the tour."""
     n = len(tour)

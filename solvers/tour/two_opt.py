@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from solvers.arrays import Floats
 from solvers.result import Status
 from solvers.run import Run
 from solvers.stop import Stop
@@ -45,7 +47,7 @@ class TwoOpt:
         from solvers.tour import kernels
 
         costs = closed_costs(problem)
-        near = kernels.nearest_lists(costs, min(self.neighbours, len(costs) - 1))
+        near = nearest_lists(costs, min(self.neighbours, len(costs) - 1))
         least = _ROUNDING * float(problem.costs.max())
         for order in _first_orders(problem, run):
             if not run.proceed():
@@ -54,6 +56,16 @@ class TwoOpt:
             kernels.descend(costs, near, tour, least)
             run.offer(opened(problem, tour))
         return Status.FEASIBLE
+
+
+def nearest_lists(costs: Floats, count: int) -> NDArray[np.int32]:
+    """The ``count`` cheapest neighbours of each place, cheapest first, shape (n, count)."""
+    apart = costs.copy()
+    np.fill_diagonal(apart, np.inf)
+    near = np.argpartition(apart, count - 1, axis=1)[:, :count]
+    near.sort(axis=1)  # so that the stable sort by cost leaves ties at the lowest index
+    by_cost = np.argsort(np.take_along_axis(apart, near, axis=1), axis=1, kind="stable")
+    return np.take_along_axis(near, by_cost, axis=1).astype(np.int32)
 
 
 def _first_orders(problem: TourProblem, run: Run[Order]) -> Iterator[Order]:
