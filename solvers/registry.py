@@ -7,7 +7,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
-from solvers.errors import InvalidProblem, SolverFailed, SolverUnavailable
+from solvers.errors import InvalidProblem, SolverError, SolverFailed, SolverUnavailable
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "cover": {
@@ -55,6 +55,25 @@ def entries(family: str) -> tuple[Entry, ...]:
 def names(family: str) -> tuple[str, ...]:
     """Names of every registered solver of a family, installed plug-ins included."""
     return tuple(entry.name for entry in entries(family))
+
+
+def catalogue() -> list[dict[str, Any]]:
+    """One plain row for each registered solver of every family, ready for a table or JSON.
+
+    Keys: ``family``, ``name``, ``source`` ("built in", or a plug-in's ``"module:Class"``),
+    ``available``, and ``missing`` (what to install, or why a plug-in does not load; empty
+    if available).
+    """
+    rows: list[dict[str, Any]] = []
+    for entry in (entry for family in families() for entry in entries(family)):
+        try:
+            absent = ", ".join(missing(load(entry.family, entry.name)))
+        except SolverError as error:
+            absent = str(error)
+        source = "built in" if entry.built_in else entry.spec
+        row = {"family": entry.family, "name": entry.name, "source": source}
+        rows.append({**row, "available": not absent, "missing": absent})
+    return rows
 
 
 def load(family: str, solver: Any, /, **parameters: Any) -> Any:

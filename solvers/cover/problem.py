@@ -188,9 +188,10 @@ class CoverProblem:
         if self.conflicts:
             taken = np.zeros(self.sets, dtype=np.bool_)
             taken[chosen] = True
-            for number, group in enumerate(self.conflicts):
-                if np.count_nonzero(taken[group]) > 1:
-                    raise InvalidSolution(f"two chosen sets are both in conflict {number}.")
+            owner = np.repeat(np.arange(len(self.conflicts)), [len(g) for g in self.conflicts])
+            crowded = np.bincount(owner[taken[np.concatenate(self.conflicts)]]) > 1
+            if crowded.any():
+                raise InvalidSolution(f"two chosen sets are in conflict {np.argmax(crowded)}.")
         return chosen, float(self.prices[chosen].sum())
 
     def cost(self, candidate: Any) -> float:

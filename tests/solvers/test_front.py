@@ -19,7 +19,7 @@ from solvers import (
     StopReason,
     solve,
 )
-from solvers.registry import load, names
+from solvers.registry import catalogue, load, names
 from solvers.testing import ConformanceFailure, check_solver
 from solvers.tour import TourProblem
 
@@ -166,6 +166,24 @@ def test_a_plug_in_is_found_by_its_entry_point(monkeypatch):
     assert names("tour")[-1] == "random"
     assert solve(square(), "random").solver == "random"
     assert solve(square(), spec).solver == "random"
+    rows = {(row["family"], row["name"]): row for row in catalogue()}
+    assert rows["tour", "random"]["source"] == spec
+    assert rows["tour", "random"]["available"]
+
+
+def test_a_plug_in_that_does_not_load_is_a_row_with_its_reason(monkeypatch):
+    broken = EntryPoint("broken", "no_such_module:Thing", "solvers.cover")
+    monkeypatch.setattr(
+        "importlib.metadata.entry_points",
+        lambda *, group: [broken] if group == "solvers.cover" else [],
+    )
+    row = next(row for row in catalogue() if row["name"] == "broken")
+    assert not row["available"]
+    assert "no_such_module" in row["missing"]
+
+
+def test_every_built_in_solver_can_run_here():
+    assert all(row["available"] for row in catalogue() if row["source"] == "built in")
 
 
 def _this_module():
