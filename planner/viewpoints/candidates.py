@@ -11,8 +11,8 @@ from planner.geometry.arrays import Floats, Ints
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.frustum import camera_axes, in_frustum, picture_bounds
+from planner.viewpoints.pairs import VisiblePairs
 from planner.viewpoints.viewpoints import Viewpoints
-from planner.viewpoints.visibility import VisiblePairs
 
 
 @dataclass(frozen=True, slots=True, eq=False)

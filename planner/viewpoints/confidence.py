@@ -19,7 +19,7 @@ def viewing_confidence(
 
     The product of the distance term :math:`c_d` (Eq. 6) and the orientation term
     :math:`c_o` (Eq. 7). The visibility weight :math:`w_v` of Eq. 8 is the business of
-    :mod:`planner.viewpoints.visibility`, which has the surface to cast rays against.
+    :mod:`planner.viewpoints.pairs`, which has the surface to cast rays against.
 
     Parameters
     ----------

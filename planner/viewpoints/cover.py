@@ -11,7 +11,7 @@ from planner.viewpoints.camera import Camera
 from planner.viewpoints.candidates import Candidates, add_direct_aims, generate_candidates
 from planner.viewpoints.confidence import pair_confidence
 from planner.viewpoints.demand import Demand
-from planner.viewpoints.visibility import VisiblePairs
+from planner.viewpoints.pairs import VisiblePairs
 
 
 def cover_candidates(

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.config import ViewpointSettings
 from planner.geometry.arrays import Floats, Ints
@@ -23,6 +24,10 @@ class Demand:
 
     hits: Ints
     sectors: Ints
+
+    def clipped(self, hits: NDArray[np.integer], sectors: NDArray[np.integer]) -> "Demand":
+        """As much of the demand as so many places and sectors, shape (S,) each, can give."""
+        return Demand(np.minimum(self.hits, hits), np.minimum(self.sectors, sectors))
 
 
 def view_demand(quality: Floats, settings: ViewpointSettings) -> Demand:

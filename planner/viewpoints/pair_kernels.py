@@ -34,7 +34,7 @@ def facing_pairs(  # noqa: PLR0917 - compiled
     """
     near2, far2 = limits[0] * limits[0], limits[1] * limits[1]
     least, reach, low, high, cap = limits[2], limits[3], limits[4], limits[5], limits[6]
-    around = sectors if cap > 1.0 or sectors < 2 else sectors - 1
+    around = max(1, sectors - 1)
     turn = around / (2.0 * math.pi)
     count = 0
     for v in range(len(positions)):
@@ -61,7 +61,7 @@ def facing_pairs(  # noqa: PLR0917 - compiled
             sample[count] = s
             distance[count] = length
             cosine[count] = min(1.0, along / length)
-            if along > cap * length:
+            if sectors < 2 or along >= cap * length:
                 sector[count] = 0
             else:
                 x = dx * tangents[s, 0] + dy * tangents[s, 1]
@@ -70,7 +70,7 @@ def facing_pairs(  # noqa: PLR0917 - compiled
                     dx * normals[s, 2] - dz * normals[s, 0]
                 ) * tangents[s, 1]
                 place = math.floor((math.atan2(y, x) + 2.0 * math.pi) * turn) % around
-                sector[count] = place + sectors - around
+                sector[count] = 1 + place
             count += 1
     starts[len(positions)] = count
     return count

@@ -13,10 +13,10 @@ from planner.viewpoints.camera import Camera
 from planner.viewpoints.candidates import direct_aim
 from planner.viewpoints.confidence import pair_confidence
 from planner.viewpoints.marks import ScanJob, Scanner, scan_cluster
+from planner.viewpoints.pairs import visible_pairs
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.viewpoints import Viewpoints
-from planner.viewpoints.visibility import visible_pairs
 
 _GRAZING = math.radians(89.0)  # the paper sets no limit but the fall of Eq. 7
 

@@ -16,12 +16,13 @@ from planner.viewpoints.camera import Camera
 from planner.viewpoints.candidates import Candidates
 from planner.viewpoints.cover import complete_cover, cover_candidates, photo_prices
 from planner.viewpoints.demand import Demand, view_demand
+from planner.viewpoints.pairs import visible_pairs
 from planner.viewpoints.paper import paper_viewpoints
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.reasons import REASONS, Reason, explain
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.viewpoints import Viewpoints
-from planner.viewpoints.visibility import VisiblePairs, count_views, visible_pairs
+from planner.viewpoints.visibility import count_views
 from solvers import Result, Stop, solve
 from solvers.cover import CoverProblem
 
@@ -40,6 +41,8 @@ class Selection:
         From how many distinct direction sectors each sample is seen, shape (S,).
     demand
         How many of both each sample wanted.
+    reachable
+        As much of that as all free positions together can give.
     stages
         From how many free positions each sample is within range and incidence, within the
         gimbal's range as well, within the GSD as well, and unoccluded, shape (4, S).
@@ -58,6 +61,7 @@ class Selection:
     hits: Ints
     sectors: Ints
     demand: Demand
+    reachable: Demand
     stages: NDArray[np.int32]
     reason: Bytes
     results: tuple[Result[Ints], ...] = ()
@@ -147,15 +151,19 @@ def select_viewpoints(
         viewpoints = candidates.viewpoints(chosen, samples, kind="cover")
     seen = count_views(viewpoints, samples, caster, camera, rule)
     reason = explain(seen.hits, seen.sectors, demand, pairs.stages)
+    reachable = demand.clipped(pairs.available, pairs.sides)
+    asked = settings.preset == "cover"  # marks are what preset `paper` promises
+    unmet = _unmet(reason, seen.hits, seen.sectors, reachable, asked=asked)
     return Selection(
         viewpoints,
         seen.hits,
         seen.sectors,
         demand,
+        reachable,
         pairs.stages,
         reason,
         results,
-        (*findings, *_unmet(reason, demand, pairs)),
+        (*findings, *unmet),
     )
 
 
@@ -178,8 +186,16 @@ def reassess(
     rule = SightRule.of(camera, settings, d_min=d_min, d_max=d_max, gsd=gsd)
     seen = count_views(viewpoints, samples, RayCaster(mesh), camera, rule)
     reason = explain(seen.hits, seen.sectors, selection.demand, selection.stages)
+    asked = settings.preset == "cover"
+    unmet = _unmet(reason, seen.hits, seen.sectors, selection.reachable, asked=asked)
+    kept = (note for note in selection.findings if not note.code.startswith("samples-"))
     return replace(
-        selection, viewpoints=viewpoints, hits=seen.hits, sectors=seen.sectors, reason=reason
+        selection,
+        viewpoints=viewpoints,
+        hits=seen.hits,
+        sectors=seen.sectors,
+        reason=reason,
+        findings=(*kept, *unmet),
     )
 
 
@@ -204,7 +220,7 @@ def _cover(
     chosen = np.empty(0, dtype=np.int64) if relaxed.solution is None else relaxed.solution
     chosen = complete_cover(candidates, chosen, demand=demand, prices=prices)
     note = "one photo a place left samples uncovered, so some places have several"
-    finding = Finding("viewpoints", "several-photos-a-place", note, float(len(chosen)))
+    finding = Finding("viewpoints", "several-photos-a-place", note, float(len(chosen)), False)
     return chosen, (result, relaxed), (finding,)
 
 
@@ -234,21 +250,18 @@ def _problem(
     )
 
 
-def _unmet(reason: Bytes, demand: Demand, pairs: VisiblePairs) -> tuple[Finding, ...]:
-    """Findings on samples that no selection could cover, and on those that this one did not."""
-    lacking = reason != Reason.COVERED
-    reachable = pairs.available >= np.maximum(demand.hits, 1)
+def _unmet(
+    reason: Bytes, hits: Ints, sectors: Ints, reachable: Demand, *, asked: bool
+) -> tuple[Finding, ...]:
+    """Findings on samples that no photos could cover, and on those that these do not."""
+    short = (hits < reachable.hits) | (sectors < reachable.sectors)
     found = []
-    for code, rows, words in (
-        ("samples-out-of-reach", lacking & ~reachable, "cannot be seen often enough from anywhere"),
-        (
-            "samples-short",
-            lacking & reachable,
-            "are seen less often, or from fewer sides, than wanted",
-        ),
+    for code, rows, words, partial in (
+        ("samples-short", short, "are seen less often than they could be", asked),
+        ("samples-out-of-reach", (reason != Reason.COVERED) & ~short, "cannot be covered", False),
     ):
         count = int(np.count_nonzero(rows))
         if count:
             message = f"{count} of {len(reason)} samples {words}"
-            found.append(Finding("viewpoints", code, message, float(count)))
+            found.append(Finding("viewpoints", code, message, float(count), partial))
     return tuple(found)

@@ -49,6 +49,11 @@ class SightRule:
         if self.reach <= 0.0 or not 1 <= self.sectors <= 255:
             raise ValueError(f"reach {self.reach} or sectors {self.sectors} out of range.")
 
+    @property
+    def cap(self) -> float:
+        """Cosine of the edge of sector 0, which has its fair share of the solid angle."""
+        return 1.0 - (1.0 - math.cos(self.max_incidence)) / self.sectors
+
     @classmethod
     def of(
         cls,

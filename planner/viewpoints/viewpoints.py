@@ -62,6 +62,17 @@ class Viewpoints:
             self.positions[rows], self.yaw_deg[rows], self.pitch_deg[rows], kind, self.targets[rows]
         )
 
+    def rounded(self) -> "Viewpoints":
+        """Round to what files hold: positions to 0.1 mm, angles to 0.0001 degrees."""
+        yaw = np.round(self.yaw_deg, 4)
+        return Viewpoints(
+            np.round(self.positions, 4) + 0.0,  # a negative zero becomes zero
+            np.where(yaw <= -180.0, 180.0, yaw) + 0.0,
+            np.round(self.pitch_deg, 4) + 0.0,
+            self.kind,
+            self.targets,
+        )
+
     def to_records(self) -> list[dict[str, Any]]:
         """One dict a viewpoint with the columns of ``viewpoints.csv``."""
         rows = zip(

@@ -1,4 +1,4 @@
-"""Which samples each place, and each chosen viewpoint, really sees."""
+"""What a set of chosen viewpoints really sees."""
 
 from dataclasses import dataclass
 
@@ -6,162 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.config import ViewpointSettings
-from planner.geometry.arrays import Floats, Ints
+from planner.geometry.arrays import Ints
 from planner.scene.cloud import Mesh
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.frustum import in_frustum
+from planner.viewpoints.pairs import count_sectors, visible_pairs
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.viewpoints import Viewpoints
-
-_PAIRS = 2_000_000  # pairs looked at together: about 40 MB
-_CAP_DEG = 10.0  # rays this close to the normal share a sector
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class VisiblePairs:
-    """Unoccluded position-sample pairs as CSR over the positions.
-
-    Parameters
-    ----------
-    indptr
-        Start of each position's pairs, shape (V + 1,).
-    sample
-        Sample of each pair, ascending within a position, shape (n,).
-    distance
-        Metres, shape (n,).
-    cosine
-        Cosine of the incidence, shape (n,).
-    sector
-        Direction sector that the sample is seen from, shape (n,); see :func:`visible_pairs`.
-    stages
-        From how many positions each sample is within range and incidence; within the
-        gimbal's range as well; within the GSD as well; and unoccluded, shape (4, S).
-
-    """
-
-    indptr: Ints
-    sample: NDArray[np.int32]
-    distance: NDArray[np.float32]
-    cosine: NDArray[np.float32]
-    sector: NDArray[np.uint8]
-    stages: NDArray[np.int32]
-
-    def __len__(self) -> int:
-        return len(self.sample)
-
-    @property
-    def position(self) -> NDArray[np.int32]:
-        """Position of each pair, shape (n,)."""
-        return np.repeat(np.arange(len(self.indptr) - 1, dtype=np.int32), np.diff(self.indptr))
-
-    @property
-    def available(self) -> NDArray[np.int32]:
-        """From how many positions each sample can be seen, shape (S,)."""
-        count: NDArray[np.int32] = self.stages[3]
-        return count
-
-
-def visible_pairs(
-    positions: Floats, samples: SurfaceSamples, caster: RayCaster, rule: SightRule
-) -> VisiblePairs:
-    """Find every sample that each position sees, whatever the aim.
-
-    The direction sector of a pair tells from which side the sample is seen, so that hits in
-    two sectors can triangulate: sector 0 is the cap of 10 degrees around the sample's normal,
-    the others divide the azimuth around the normal evenly, from the level tangent.
-
-    Parameters
-    ----------
-    positions
-        Shape (V, 3), metres, local frame.
-    samples
-        What is to be seen.
-    caster
-        Surface that may be in the way.
-    rule
-        Limits on range, incidence, elevation and GSD.
-
-    """
-    stages = np.zeros((4, len(samples)), dtype=np.int32)
-    starts = caster.lift(samples.xyz, samples.normals, radius=samples.radius)
-    block = max(1, _PAIRS // max(1, len(samples)))
-    parts = [
-        _block(
-            positions[first : first + block],
-            samples,
-            starts=starts,
-            caster=caster,
-            rule=rule,
-            stages=stages,
-        )
-        for first in range(0, len(positions), block)
-    ]
-    counts = np.concatenate([np.empty(0, dtype=np.int64), *(part[0] for part in parts)])
-    sample, distance, cosine, sector = (
-        np.concatenate([np.empty(0, dtype=dtype), *(part[column] for part in parts)])
-        for column, dtype in ((1, np.int32), (2, np.float32), (3, np.float32), (4, np.uint8))
-    )
-    stages[3] = np.bincount(sample, minlength=len(samples))
-    indptr = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    return VisiblePairs(indptr, sample, distance, cosine, sector, stages)
-
-
-def _block(
-    positions: Floats,
-    samples: SurfaceSamples,
-    *,
-    starts: NDArray[np.float32],
-    caster: RayCaster,
-    rule: SightRule,
-    stages: NDArray[np.int32],
-) -> tuple[Ints, NDArray[np.int32], NDArray[np.float32], NDArray[np.float32], NDArray[np.uint8]]:
-    """Pairs a position, sample, distance, cosine and sector of the visible pairs of a block."""
-    from planner.viewpoints.pair_kernels import facing_pairs
-
-    low, high = positions.min(axis=0) - rule.d_max, positions.max(axis=0) + rule.d_max
-    rows = np.flatnonzero(((low <= samples.xyz) & (samples.xyz <= high)).all(axis=1))
-    most = len(positions) * len(rows)
-    indptr = np.empty(len(positions) + 1, dtype=np.int64)
-    sample, sector = np.empty(most, dtype=np.int32), np.empty(most, dtype=np.uint8)
-    distance, cosine = np.empty((2, most), dtype=np.float32)
-    limits = np.array(
-        [
-            rule.d_min,
-            rule.d_max,
-            np.cos(rule.max_incidence),
-            rule.reach,
-            np.sin(rule.low),
-            np.sin(rule.high),
-            np.cos(np.radians(_CAP_DEG)),
-        ]
-    )
-    count = facing_pairs(
-        *(np.ascontiguousarray(positions), samples.xyz, samples.normals),
-        *(_level_tangents(samples.normals), rows, limits, rule.sectors),
-        *(indptr, sample, distance, cosine, sector, stages),
-    )
-    owner = np.repeat(np.arange(len(positions)), np.diff(indptr))
-    ends = positions.astype(np.float32)[owner]
-    clear = ~caster.blocked(starts[sample[:count]], ends)
-    counts = np.bincount(owner[clear], minlength=len(positions))
-    return (
-        counts,
-        sample[:count][clear],
-        distance[:count][clear],
-        cosine[:count][clear],
-        sector[:count][clear],
-    )
-
-
-def _level_tangents(normals: Floats) -> Floats:
-    """Level unit tangent of each normal, x where the normal is vertical, shape (S, 2)."""
-    level = np.column_stack([-normals[:, 1], normals[:, 0]])
-    length = np.linalg.norm(level, axis=1)
-    upright = length < 1e-6
-    level[upright], length[upright] = (1.0, 0.0), 1.0
-    return np.asarray(level / length[:, None])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -223,7 +76,7 @@ def count_views(
     camera: Camera,
     rule: SightRule,
 ) -> Coverage:
-    """Do the work of :func:`coverage` with a surface and limits that are already at hand.
+    """Count as :func:`coverage` does, with a surface and limits that are already at hand.
 
     Photos taken at one place with several aims hit a sample once: they share no parallax.
     """
@@ -234,19 +87,11 @@ def count_views(
     inside = in_frustum(rays, yaw, pitch, camera)
     owner, sample = owner[inside], pairs.sample[inside]
     place = np.unique(viewpoints.positions, axis=0, return_inverse=True)[1].reshape(-1)
+    seen = np.unique(sample.astype(np.int64) * max(1, len(viewpoints)) + place[owner])
     counts = np.bincount(owner, minlength=len(viewpoints))
     return Coverage(
         np.concatenate([[0], np.cumsum(counts)]),
         sample,
-        count_distinct(sample, place[owner], len(samples)),
-        count_distinct(sample, pairs.sector[inside], len(samples)),
+        np.bincount(seen // max(1, len(viewpoints)), minlength=len(samples)),
+        count_sectors(sample, pairs.sector[inside], len(samples)),
     )
-
-
-def count_distinct(element: NDArray[np.integer], label: NDArray[np.integer], size: int) -> Ints:
-    """How many distinct labels each of ``size`` elements carries, shape (size,)."""
-    if not len(element):
-        return np.zeros(size, dtype=np.int64)
-    label = label.astype(np.int64)
-    unique = np.unique(element.astype(np.int64) * (label.max() + 1) + label)
-    return np.bincount(unique // (label.max() + 1), minlength=size)
