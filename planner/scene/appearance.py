@@ -6,7 +6,8 @@ from planner.geometry.arrays import Bools, Bytes, Floats, Ints
 from planner.scene.first_flight import ray_scene
 from planner.scene.sampling import triangle_normals
 from planner.scene.town.block import Town
-from planner.scene.town.buildings import STOREY, Kind
+from planner.scene.town.building import Kind
+from planner.scene.town.fittings import STOREY
 
 _PLAIN = {  # red, green, blue
     Kind.STREET: (96, 96, 100),

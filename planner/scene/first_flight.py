@@ -11,6 +11,8 @@ from planner.scene.sampling import triangle_normals
 
 _LIFT = 0.004  # metres off the surface at which a ray back to a camera starts
 _RAYS = 1_000_000  # rays cast at once
+MOST_SIGMAS = 3.0  # at which the noise is cut
+BEYOND = 0.75  # how far the lines go on past the rim, as a share of half a footprint
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +59,8 @@ class FlownCloud:
         Standard deviation of the noise of each, shape (N,), metres.
     triangles
         Triangle that each lies on, shape (N,).
+    camera
+        Camera that measured each, shape (N,).
     cameras
         Positions of the cameras, shape (C, 3), metres.
 
@@ -66,7 +70,14 @@ class FlownCloud:
     surface: Floats
     sigma: Floats
     triangles: Ints
+    camera: Ints
     cameras: Floats
+
+    @classmethod
+    def empty(cls) -> "FlownCloud":
+        """What no flight recovers."""
+        none, no_rows = np.zeros((0, 3)), np.zeros(0, dtype=np.int64)
+        return cls(none, none, np.zeros(0), no_rows, no_rows, none)
 
 
 def fly_first(
@@ -99,36 +110,26 @@ def fly_first(
     """
     scene = ray_scene(mesh)
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1,)))
-    turn = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
-    flat = mesh.vertices[:, :2] @ turn  # along and across the flight lines
-    low, high = flat.min(axis=0), flat.max(axis=0)
-    bottom, top = float(mesh.vertices[:, 2].min()), float(mesh.vertices[:, 2].max())
-    depth = top + flight.height - bottom
-    reach = depth * np.tan(np.radians(flight.half_angles_deg))
-    stations = _stations(low, high, 2.0 * reach * (1.0 - np.array(flight.overlap)))
-    cameras = np.column_stack([stations @ turn.T, np.full(len(stations), top + flight.height)])
-
+    lines = _lay_lines(mesh, flight, heading)
+    cameras = lines.cameras
     normals, _ = triangle_normals(mesh)
-    aims, owner = _aims(stations, low, high, reach=reach, spacing=spacing, rng=rng)
-    targets = np.column_stack([aims @ turn.T, np.full(len(aims), bottom)])
-    hit, distance, triangle = _first_hits(scene, cameras[owner], targets)
-    owner = owner[hit]
-    ray = targets[hit] - cameras[owner]
-    ray /= np.linalg.norm(ray, axis=1, keepdims=True)
-    surface = cameras[owner] + distance[:, None] * ray
-    cosine = -(ray * normals[triangle]).sum(axis=1)
-    facing = cosine > np.cos(np.radians(flight.max_incidence_deg))
-    owner, triangle, distance = owner[facing], triangle[facing], distance[facing]
-    ray, surface, cosine = ray[facing], surface[facing], cosine[facing]
 
-    seen = _times_seen(
-        scene, surface, normals[triangle], owner=owner, cameras=cameras, turn=turn, flight=flight
+    targets, owner = _targets(lines, spacing, rng)
+    ray = targets - cameras[owner]
+    ray /= np.linalg.norm(ray, axis=1, keepdims=True)
+    distance, triangle = _first_hits(scene, cameras[owner], ray)
+    cosine = -(ray * normals[triangle]).sum(axis=1)
+    good = np.isfinite(distance) & (cosine > np.cos(np.radians(flight.max_incidence_deg)))
+    ray, distance, triangle, cosine, owner = (
+        values[good] for values in (ray, distance, triangle, cosine, owner)
     )
-    kept = seen >= flight.views
-    sigma = flight.noise * (distance[kept] / depth) ** 2 / cosine[kept]
-    error = sigma * np.clip(rng.standard_normal(len(sigma)), -3.0, 3.0)
+    surface = cameras[owner] + distance[:, None] * ray
+    kept = _seen_enough(scene, surface, normals[triangle], owner, lines=lines, flight=flight)
+
+    sigma = flight.noise * (distance[kept] / lines.depth) ** 2 / cosine[kept]
+    error = sigma * np.clip(rng.standard_normal(len(sigma)), -MOST_SIGMAS, MOST_SIGMAS)
     xyz = surface[kept] + error[:, None] * ray[kept]
-    return FlownCloud(xyz, surface[kept], sigma, triangle[kept], cameras)
+    return FlownCloud(xyz, surface[kept], sigma, triangle[kept], owner[kept], cameras)
 
 
 def ray_scene(mesh: Mesh) -> Any:
@@ -144,72 +145,101 @@ def ray_scene(mesh: Mesh) -> Any:
     return scene
 
 
-def _stations(low: Floats, high: Floats, pace: Floats) -> Floats:
-    """Even grid over a rectangle, no wider than the pace, one pace beyond its rim."""
-    axes = []
-    for a, b, step in zip(low, high, pace, strict=True):
-        count = int(np.ceil((b - a) / step)) + 2
-        axes.append(0.5 * (a + b) + step * (np.arange(count) - 0.5 * (count - 1)))
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+@dataclass(frozen=True, slots=True, eq=False)
+class _Lines:
+    """Flight lines: ``turn`` maps (along, across) to (x, y); the rest in along and across."""
+
+    turn: Floats  # (2, 2)
+    low: Floats  # (2,) rim of the mesh
+    high: Floats  # (2,)
+    bottom: float  # lowest point of the mesh
+    depth: float  # of that point below the cameras
+    reach: Floats  # (2,) half the footprint there
+    cameras: Floats  # (C, 3) in x, y, z
+
+    @property
+    def stations(self) -> Floats:
+        """Cameras along and across the lines, shape (C, 2)."""
+        return np.asarray(self.cameras[:, :2] @ self.turn)
 
 
-def _aims(
-    stations: Floats,
-    low: Floats,
-    high: Floats,
-    *,
-    reach: Floats,
-    spacing: float,
-    rng: np.random.Generator,
-) -> tuple[Floats, Ints]:
-    """Jittered grid of ground points in each camera's frame, together as dense as wanted."""
-    first = np.maximum(stations - reach, low)
-    last = np.minimum(stations + reach, high)
-    overlap = np.prod(np.maximum(last - first, 0.0), axis=1).sum() / np.prod(high - low)
-    cell = spacing * np.sqrt(overlap)
+def _lay_lines(mesh: Mesh, flight: NadirFlight, heading: float) -> _Lines:
+    """Even grid of cameras over the mesh and past its rim, no wider than the overlaps allow."""
+    c, s = np.cos(heading), np.sin(heading)
+    turn = np.array([[c, -s], [s, c]])
+    flat = mesh.vertices[:, :2] @ turn
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    bottom, top = float(mesh.vertices[:, 2].min()), float(mesh.vertices[:, 2].max())
+    depth = top + flight.height - bottom
+    reach = depth * np.tan(np.radians(flight.half_angles_deg))
+    pace = 2.0 * reach * (1.0 - np.array(flight.overlap))
+    axes = [
+        np.linspace(a, b, int(np.ceil((b - a) / step)) + 1)
+        for a, b, step in zip(low - BEYOND * reach, high + BEYOND * reach, pace, strict=True)
+    ]
+    stations = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    cameras = np.column_stack([stations @ turn.T, np.full(len(stations), top + flight.height)])
+    return _Lines(turn, low, high, bottom, depth, reach, cameras)
+
+
+def _targets(lines: _Lines, spacing: float, rng: np.random.Generator) -> tuple[Floats, Ints]:
+    """Jittered grid in each camera's frame, together as dense as wanted on open ground.
+
+    Returns
+    -------
+    targets, owner
+        Points on the plane of the lowest ground, shape (M, 3), and the camera of each.
+
+    """
+    first = np.maximum(lines.stations - lines.reach, lines.low)
+    last = np.minimum(lines.stations + lines.reach, lines.high)
+    span = np.maximum(last - first, 0.0)
+    overlap = span.prod(axis=1).sum() / np.prod(lines.high - lines.low)
+    count = np.maximum(1, np.round(span / (spacing * np.sqrt(overlap)))).astype(int)
     points, owner = [], []
-    for number, (a, b) in enumerate(zip(first, last, strict=True)):
-        if (b - a).min() <= 0.0:
-            continue
-        count = np.maximum(1, np.round((b - a) / cell)).astype(int)
-        grid = np.stack(np.meshgrid(*map(np.arange, count), indexing="ij"), axis=-1).reshape(-1, 2)
-        points.append(a + (grid + rng.random(grid.shape)) / count * (b - a))
+    for number in np.flatnonzero(span.min(axis=1) > 0.0):
+        axes = (np.arange(n) for n in count[number])
+        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+        share = (grid + rng.random(grid.shape)) / count[number]
+        points.append(first[number] + share * span[number])
         owner.append(np.full(len(grid), number))
-    return np.concatenate(points), np.concatenate(owner)
+    flat = np.concatenate(points) @ lines.turn.T
+    return np.column_stack([flat, np.full(len(flat), lines.bottom)]), np.concatenate(owner)
 
 
-def _first_hits(scene: Any, origins: Floats, targets: Floats) -> tuple[Ints, Floats, Ints]:
-    """Rows of the rays that hit something, with distance and triangle of the hit."""
-    ray = targets - origins
-    ray /= np.linalg.norm(ray, axis=1, keepdims=True)
-    answer = scene.cast_rays(np.column_stack([origins, ray]).astype(np.float32))
+def _first_hits(scene: Any, origins: Floats, rays: Floats) -> tuple[Floats, Ints]:
+    """Distance of each ray's first hit, inf without one, and its triangle, 0 without one."""
+    answer = scene.cast_rays(np.column_stack([origins, rays]).astype(np.float32))
     distance = answer["t_hit"].numpy().astype(np.float64)
-    hit = np.flatnonzero(np.isfinite(distance))
-    return hit, distance[hit], answer["primitive_ids"].numpy()[hit].astype(np.int64)
+    triangle = answer["primitive_ids"].numpy().astype(np.int64)
+    return distance, np.where(np.isfinite(distance), triangle, 0)
 
 
-def _times_seen(
+def _seen_enough(
     scene: Any,
     surface: Floats,
     normals: Floats,
-    *,
     owner: Ints,
-    cameras: Floats,
-    turn: Floats,
+    *,
+    lines: _Lines,
     flight: NadirFlight,
-) -> Ints:
-    """Count the cameras that see each point; the one that found it sees it without a test."""
+) -> Bools:
+    """Tell which points enough cameras see; the one that found it sees it without a test."""
     slant = np.tan(np.radians(flight.half_angles_deg))
     least = np.cos(np.radians(flight.max_incidence_deg))
     start = surface + _LIFT * normals
+    (along, across), height = (start[:, :2] @ lines.turn).T.copy(), start[:, 2].copy()
     seen = np.ones(len(surface), dtype=np.int64)
-    for number, camera in enumerate(cameras):
-        ray = camera - start
-        framed = (np.abs(ray[:, :2] @ turn) <= slant * ray[:, 2:]).all(axis=1)
-        facing = (ray * normals).sum(axis=1) > least * np.linalg.norm(ray, axis=1)
-        rows = np.flatnonzero(framed & facing & (owner != number))
-        for block in np.array_split(rows, 1 + len(rows) // _RAYS):
-            rays = np.column_stack([start[block], ray[block]]).astype(np.float32)
+    for number, (camera, place) in enumerate(zip(lines.cameras, lines.stations, strict=True)):
+        below = camera[2] - height
+        framed = np.abs(along - place[0]) <= slant[0] * below
+        framed &= np.abs(across - place[1]) <= slant[1] * below
+        rows = np.flatnonzero(framed & (seen < flight.views) & (owner != number))
+        ray = camera - start[rows]
+        facing = (ray * normals[rows]).sum(axis=1) > least * np.linalg.norm(ray, axis=1)
+        rows, ray = rows[facing], ray[facing]
+        for block in np.array_split(np.arange(len(rows)), 1 + len(rows) // _RAYS):
+            rays = np.column_stack([start[rows[block]], ray[block]]).astype(np.float32)
             hidden: Bools = scene.test_occlusions(rays, tfar=1.0).numpy()
-            seen[block] += ~hidden
-    return seen
+            seen[rows[block]] += ~hidden
+    return seen >= flight.views

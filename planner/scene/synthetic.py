@@ -11,7 +11,7 @@ from planner.geometry.frames import Frame
 from planner.scene.appearance import paint
 from planner.scene.box import bounding_box
 from planner.scene.cloud import Mesh, PointCloud
-from planner.scene.first_flight import NadirFlight, fly_first
+from planner.scene.first_flight import FlownCloud, NadirFlight, fly_first
 from planner.scene.ground import estimate_ground
 from planner.scene.scene import Ground, Scene
 from planner.scene.town.block import Town, build_town
@@ -38,7 +38,7 @@ class SyntheticBlock:
     ground
         Height of the true terrain.
     kinds
-        What each triangle is, shape (T,), codes of ``planner.scene.town.buildings.Kind``.
+        What each triangle is, shape (T,), codes of ``planner.scene.town.building.Kind``.
     parts
         Solid that each triangle belongs to, shape (T,); 0 is the ground.
     buildings
@@ -47,6 +47,8 @@ class SyntheticBlock:
         Point of the mesh that each point of the cloud was measured at, shape (N, 3), metres.
     sigma
         Standard deviation of the noise of each point of the cloud, shape (N,), metres.
+    triangles
+        Triangle of the mesh that each point of the cloud was measured on, shape (N,).
     turn
         Angle of the streets' first axis from +x, counter-clockwise, radians.
 
@@ -62,6 +64,7 @@ class SyntheticBlock:
     buildings: Ints
     truth: Floats
     sigma: Floats
+    triangles: Ints
     turn: float
 
     def __post_init__(self) -> None:
@@ -72,6 +75,7 @@ class SyntheticBlock:
             ("buildings", (len(self.mesh),), np.int64),
             ("truth", (len(self.cloud), 3), np.float64),
             ("sigma", (len(self.cloud),), np.float64),
+            ("triangles", (len(self.cloud),), np.int64),
         ):
             values = read_only(getattr(self, name), shape, name=name, dtype=dtype)
             object.__setattr__(self, name, values)
@@ -128,11 +132,17 @@ def synthetic_block(
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0,)))
     drawn_size = (float(rng.uniform(60.0, 150.0)), float(rng.uniform(50.0, 110.0)))
     width, depth = drawn_size if size is None else size
-    if min(width, depth) < 40.0:
-        raise ValueError(f"size must be at least 40 m each way, got {size}.")
-    if not 0.0 < heights[0] <= heights[1]:
-        raise ValueError(f"heights must rise from above 0, got {heights}.")
-    most = int(np.clip(width * depth / 150.0, 5, 40))
+    if not 40.0 <= min(width, depth) <= max(width, depth) <= 2000.0:
+        raise ValueError(f"size must be 40 to 2000 m each way, got {size}.")
+    if not 3.0 <= heights[0] <= heights[1] < np.inf:
+        raise ValueError(f"heights must rise from 3 m or more, got {heights}.")
+    if buildings is not None and buildings < 1:
+        raise ValueError(f"buildings must be 1 or more, got {buildings}.")
+    if spacing is not None and not 0.0 < spacing < np.inf:
+        raise ValueError(f"spacing must be above 0 m, got {spacing}.")
+    if relief is not None and not 0.0 <= relief <= 5.0:
+        raise ValueError(f"relief must be 0 to 5 m, got {relief}.")
+    most = int(np.clip(width * depth / 155.0, 5, 40))
     drawn_buildings = int(rng.integers(5, most + 1))
     drawn_relief = float(rng.choice([0.0, rng.uniform(0.3, 2.5)]))
     drawn_turn = float(rng.uniform(0.0, 0.5 * np.pi))
@@ -150,26 +160,27 @@ def synthetic_block(
 
 
 def _observe(town: Town, seed: int, spacing: float | None, flight: NadirFlight) -> SyntheticBlock:
+    """Fly over the town, unless no spacing is given, and colour what is seen."""
     none = np.zeros((0, 3))
-    cloud, cameras, truth, sigma = PointCloud(none), none, none, np.zeros(0)
+    cloud, flown = PointCloud(none), FlownCloud.empty()
     if spacing is not None:
         flown = fly_first(town.mesh, flight, spacing=spacing, heading=town.turn, seed=seed)
         colours = paint(town, flown.surface, flown.triangles, seed=seed)
         classes = _CLASSES[town.kinds[flown.triangles]]
         cloud = PointCloud(flown.xyz, colours=colours, classes=classes)
-        cameras, truth, sigma = flown.cameras, flown.surface, flown.sigma
     return SyntheticBlock(
-        f"synthetic-{seed}",
-        town.mesh,
-        cloud,
-        cameras,
-        town.ground,
-        town.kinds,
-        town.parts,
-        town.buildings,
-        truth,
-        sigma,
-        town.turn,
+        name=f"synthetic-{seed}",
+        mesh=town.mesh,
+        cloud=cloud,
+        cameras=flown.cameras,
+        ground=town.ground,
+        kinds=town.kinds,
+        parts=town.parts,
+        buildings=town.buildings,
+        truth=flown.surface,
+        sigma=flown.sigma,
+        triangles=flown.triangles,
+        turn=town.turn,
     )
 
 

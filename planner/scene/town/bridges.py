@@ -1,13 +1,19 @@
 """A bridge over a street, from wall to wall or on piers."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
-from planner.scene.town.buildings import Building
+from planner.geometry.arrays import Floats
+from planner.scene.town.building import Building
 from planner.scene.town.layout import Layout, Rect
-from planner.scene.town.relief import Relief
 from planner.scene.town.solids import Footprint, Solid, box
+from planner.scene.town.terrain import Relief
+
+LOWEST_WALL = 8.0  # metres a wall must reach to carry a bridge
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +24,13 @@ class Bridge:
     deck: Footprint
 
 
+class _Wall(NamedTuple):
+    """Bounds of a plain body, shape (2, 2), and the height that its walls reach, metres."""
+
+    bounds: Floats
+    top: float
+
+
 def skybridge(
     layout: Layout, buildings: list[Building], relief: Relief, rng: np.random.Generator
 ) -> Bridge | None:
@@ -25,13 +38,12 @@ def skybridge(
 
     Both walls must reach 8 m or more and overlap on 4 m or more; 4.5 m stay free under the deck.
     """
-    spots = []
-    for street in layout.streets:
-        for a in buildings:
-            for b in buildings:
-                spot = _between(street, a, b)
-                if spot is not None:
-                    spots.append(spot)
+    walls = [
+        _Wall(one.body.bounds(), one.body_top)
+        for one in buildings
+        if one.body is not None and not one.body.slanting and one.body_top >= LOWEST_WALL
+    ]
+    spots = [spot for street in layout.streets for spot in _spots(street, walls)]
     if not spots:
         return None
     deck, roof = spots[int(rng.integers(len(spots)))]
@@ -42,25 +54,24 @@ def skybridge(
     return Bridge(tuple(_deck(deck, floor)), deck)
 
 
-def _between(street: Rect, a: Building, b: Building) -> tuple[Footprint, float] | None:
-    """Deck from the wall of ``a`` up the axis to that of ``b``, and the lower of their tops."""
-    if a.body is None or b.body is None or a is b or a.body.slanting or b.body.slanting:
-        return None
+def _spots(street: Rect, walls: list[_Wall]) -> Iterator[tuple[Footprint, float]]:
+    """Decks from a wall on one side of a street to one on the other, and the lower wall's top."""
     along_y = street.depth > street.width  # the street runs along y, the bridge along x
-    p, q = a.body.bounds(), b.body.bounds()
-    if not along_y:
-        p, q = p[:, ::-1], q[:, ::-1]
+    turned = [
+        wall if along_y else _Wall(wall.bounds[:, ::-1], wall.top) for wall in walls
+    ]  # from here on the bridge runs along the first axis
     near, far = (street.x0, street.x1) if along_y else (street.y0, street.y1)
-    if not (near - 2.5 <= p[1, 0] <= near + 0.1 and far - 0.1 <= q[0, 0] <= far + 2.5):
-        return None
-    low, high = max(p[0, 1], q[0, 1]), min(p[1, 1], q[1, 1])
-    if high - low < 4.0 or min(a.body_top, b.body_top) < 8.0:
-        return None
-    x, y = 0.5 * (p[1, 0] + q[0, 0]), 0.5 * (low + high)
-    half = 0.5 * (q[0, 0] - p[1, 0]) + 0.3
-    wide = min(0.5 * (high - low) - 0.5, 1.8)
-    deck = Footprint(x, y, half, wide) if along_y else Footprint(y, x, half, wide, 0.5 * np.pi)
-    return deck, min(a.body_top, b.body_top)
+    before = [wall for wall in turned if near - 2.5 <= wall.bounds[1, 0] <= near + 0.1]
+    after = [wall for wall in turned if far - 0.1 <= wall.bounds[0, 0] <= far + 2.5]
+    for p, q in product(before, after):
+        low, high = max(p.bounds[0, 1], q.bounds[0, 1]), min(p.bounds[1, 1], q.bounds[1, 1])
+        if high - low < 4.0:
+            continue
+        start, end = float(p.bounds[1, 0]), float(q.bounds[0, 0])
+        x, y = 0.5 * (start + end), 0.5 * float(low + high)
+        half, wide = 0.5 * (end - start) + 0.3, min(0.5 * float(high - low) - 0.5, 1.8)
+        deck = Footprint(x, y, half, wide) if along_y else Footprint(y, x, half, wide, np.pi / 2)
+        yield deck, min(p.top, q.top)
 
 
 def _deck(deck: Footprint, floor: float) -> list[Solid]:

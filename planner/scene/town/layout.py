@@ -36,11 +36,11 @@ class Rect:
         """Length of the shorter side, metres."""
         return min(self.width, self.depth)
 
-    def gap(self, x: float, y: float) -> float:
-        """Distance of a point to the rectangle, metres; 0 inside."""
-        return float(
-            np.hypot(max(self.x0 - x, 0.0, x - self.x1), max(self.y0 - y, 0.0, y - self.y1))
-        )
+    def mirrored(self, over_x: bool, over_y: bool) -> "Rect":
+        """Return it with its x changed in sign, its y, or both."""
+        x = (-self.x1, -self.x0) if over_x else (self.x0, self.x1)
+        y = (-self.y1, -self.y0) if over_y else (self.y0, self.y1)
+        return Rect(x[0], y[0], x[1], y[1])
 
     def cut(self, at: float, gap: float) -> tuple["Rect", "Rect", "Rect"]:
         """Cut across the longer side at a share of it: the parts, and the strip between."""
@@ -103,51 +103,66 @@ def lay_out(size: tuple[float, float], buildings: int, rng: np.random.Generator)
         If so many buildings do not fit.
 
     """
-    rim = float(rng.uniform(4.0, 7.0))
-    whole = Rect(
-        -0.5 * size[0] + rim, -0.5 * size[1] + rim, 0.5 * size[0] - rim, 0.5 * size[1] - rim
-    )
-    quarters, streets = _quarters(whole, buildings, rng)
     park = buildings >= 5 and rng.random() < 0.35
+    for streets in (None, 1):
+        layout = _try(size, buildings + int(park), streets, rng)
+        if layout is not None:
+            break
+    else:
+        raise ValueError(f"{buildings} buildings do not fit on {size[0]} x {size[1]} m.")
+    parcels = list(layout.parcels)
+    if park:
+        at = int(rng.integers(1, len(parcels)))
+        parcels[at] = replace(parcels[at], park=True)
+    over_x, over_y = rng.random(2) < 0.5  # cuts favour the low corner; mirrors do not
+    return Layout(
+        tuple(replace(one, rect=one.rect.mirrored(over_x, over_y)) for one in parcels),
+        tuple(street.mirrored(over_x, over_y) for street in layout.streets),
+    )
+
+
+def _try(
+    size: tuple[float, float], wanted: int, most: int | None, rng: np.random.Generator
+) -> Layout | None:
+    """Cut a place into so many parcels with at most so many streets, or say that it cannot be."""
+    rim = float(rng.uniform(4.0, 7.0)) if most is None else 4.0
+    x, y = 0.5 * size[0] - rim, 0.5 * size[1] - rim
+    quarters, streets = _quarters(Rect(-x, -y, x, y), wanted, most, rng)
     parcels = [Parcel(quarter) for quarter in quarters]
-    spared = _spare(parcels, buildings, rng)
-    wanted = buildings + int(park)
+    spared = _spare(parcels, rng) if wanted >= 4 else []
     while len(parcels) + len(spared) < wanted:
         if not _cut_one(parcels, rng):
             if not spared:
-                raise ValueError(f"{buildings} buildings do not fit on {size[0]} x {size[1]} m.")
+                return None
             parcels.append(spared.pop())
-    if park:
-        at = int(rng.integers(len(parcels))) if parcels else -1
-        if at >= 0:
-            parcels[at] = replace(parcels[at], park=True)
     return Layout(tuple(spared + parcels), tuple(streets))
 
 
 def _quarters(
-    whole: Rect, buildings: int, rng: np.random.Generator
+    whole: Rect, parcels: int, most: int | None, rng: np.random.Generator
 ) -> tuple[list[Rect], list[Rect]]:
     """Cut by streets until a quarter has some 900 to 2,500 square metres."""
-    wanted = int(np.clip(whole.area / rng.uniform(900.0, 2500.0), 2, max(2, buildings // 2)))
+    wanted = int(np.clip(whole.area / rng.uniform(900.0, 2500.0), 2, max(2, parcels // 2)))
     widest = float(rng.uniform(8.0, 14.0))
+    if most is not None:
+        wanted, widest = min(wanted, most + 1), 7.0
     quarters, streets = [whole], list[Rect]()
-    while len(quarters) < min(wanted, buildings):
+    while len(quarters) < min(wanted, parcels):
         at = int(np.argmax([quarter.area for quarter in quarters]))
         street = widest if not streets else float(rng.uniform(7.0, widest))
-        if max(quarters[at].width, quarters[at].depth) < 2 * SMALLEST_SIDE + street:
-            break
-        one, other, strip = quarters[at].cut(float(rng.uniform(0.36, 0.64)), street)
-        if min(one.short, other.short) < SMALLEST_SIDE:
+        for share in (float(rng.uniform(0.36, 0.64)), 0.5):
+            one, other, strip = quarters[at].cut(share, street)
+            if min(one.short, other.short) >= SMALLEST_SIDE:
+                break
+        else:
             break
         quarters[at : at + 1] = [one, other]
         streets.append(strip)
     return quarters, streets
 
 
-def _spare(parcels: list[Parcel], buildings: int, rng: np.random.Generator) -> list[Parcel]:
+def _spare(parcels: list[Parcel], rng: np.random.Generator) -> list[Parcel]:
     """Take out one parcel of 20 to 32 m sides for a courtyard, if there is one to be had."""
-    if buildings < 4:
-        return []
     at = int(np.argmax([parcel.rect.short for parcel in parcels]))
     rect = parcels[at].rect
     if rect.short < 18.0:

@@ -7,8 +7,8 @@ import numpy as np
 
 from planner.geometry.arrays import Floats
 from planner.scene.town.layout import Layout
-from planner.scene.town.relief import Relief
 from planner.scene.town.solids import Footprint, Solid, loft, polygon
+from planner.scene.town.terrain import Relief
 
 CLEAR = 0.3  # metres between a crown and a wall
 SMALLEST = 0.8  # metres, radius of a crown

@@ -1,97 +1,12 @@
-"""Buildings of nine styles, each a handful of closed solids on one parcel."""
+"""Buildings of nine styles, each a handful of closed solids on one site."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from enum import IntEnum
 
 import numpy as np
 
-from planner.scene.town.solids import (
-    Footprint,
-    Solid,
-    box,
-    gabled,
-    loft,
-    polygon,
-    ring,
-    slanted,
-)
-
-STOREY = 3.0  # metres
-
-
-class Kind(IntEnum):
-    """What a triangle of the town belongs to."""
-
-    GROUND = 0
-    STREET = 1
-    COURTYARD = 2
-    UNDER_BRIDGE = 3
-    BUILDING = 4
-    BALCONY = 5
-    BRIDGE = 6
-    TRUNK = 7
-    CROWN = 8
-
-
-@dataclass(frozen=True, slots=True)
-class Site:
-    """Where and how high to build.
-
-    Parameters
-    ----------
-    room
-        Rectangle that no part of the building may leave.
-    bottom
-        Height of the foundations, below the ground all around, metres.
-    ground
-        Height that the building's own height counts from, metres.
-    height
-        Height of the highest part above ``ground``, metres.
-    attached
-        Whether a party wall is shared, so that walls stand on the parcel's rim.
-
-    """
-
-    room: Footprint
-    bottom: float
-    ground: float
-    height: float
-    attached: bool = False
-
-    @property
-    def top(self) -> float:
-        """Height of the highest part, metres."""
-        return self.ground + self.height
-
-
-@dataclass(slots=True)
-class Building:
-    """Solids of one building, and what a bridge or a tree has to know of it.
-
-    Parameters
-    ----------
-    room
-        Rectangle that no part leaves.
-    parts
-        Closed solids and their kinds.
-    body
-        Plain walls that reach from the ground to ``body_top``, metres, if it has such.
-    court
-        Open courtyard inside, if it has one.
-
-    """
-
-    room: Footprint
-    parts: list[tuple[Solid, Kind]] = field(default_factory=list)
-    body: Footprint | None = None
-    body_top: float = 0.0
-    court: Footprint | None = None
-
-    def add(self, *solids: Solid, kind: Kind = Kind.BUILDING) -> None:
-        """Add solids of one kind."""
-        self.parts += [(solid, kind) for solid in solids]
-
+from planner.scene.town.building import Building, Site
+from planner.scene.town.fittings import balconies, machines, parapet
+from planner.scene.town.solids import box, gabled, loft, polygon, ring, slanted
 
 Style = Callable[[Site, np.random.Generator], Building]
 
@@ -129,19 +44,19 @@ def terrace(site: Site, rng: np.random.Generator) -> Building:
 
 def flats(site: Site, rng: np.random.Generator) -> Building:
     """Flat-roofed block with a parapet, a stair head and balconies on every floor."""
-    deep = min(1.6, 0.12 * min(site.room.u, site.room.v) * 2.0)
-    walls = site.room.inset(0.0 if site.attached else deep).long_side_first()
+    room = site.room.long_side_first()
+    deep = min(1.6, max(0.9, 0.24 * room.v))
+    walls = room.inset(0.0 if site.attached else deep, deep)
     roof = site.top - 2.4 if site.height > 9.0 else site.top - 0.8
     built = Building(site.room, body=walls, body_top=roof)
     built.add(box(walls, site.bottom, roof))
-    _parapet(built, walls, roof, min(0.8, site.top - roof))
+    parapet(built, walls, roof, min(0.8, site.top - roof))
     if site.height > 9.0:
         u = float(rng.uniform(-0.5, 0.5)) * walls.u
         w = min(2.0, 0.3 * walls.v)
         built.add(box(walls.part((u - w, u + w), (-w, w)), roof - 0.2, site.top))
-    _machines(built, walls, roof, min(1.2, site.top - roof), rng)
-    if not site.attached and deep > 0.9:
-        balconies(built, site, walls, roof, rng, share=0.8)
+    machines(built, walls, roof, min(1.2, site.top - roof), rng)
+    balconies(built, site, walls, roof, rng, share=0.8)
     return built
 
 
@@ -157,7 +72,7 @@ def setback(site: Site, rng: np.random.Generator) -> Building:
         lid = float(top) if level == tiers - 1 else float(top) - 0.6
         built.add(box(tier, floor, lid))
         if level < tiers - 1:
-            _parapet(built, tier, lid, 0.6)
+            parapet(built, tier, lid, 0.6)
         floor, tier = lid - 0.3, tier.inset(step, step * float(rng.uniform(0.4, 1.0)))
     return built
 
@@ -175,7 +90,7 @@ def tower(site: Site, rng: np.random.Generator) -> Building:
     outline = polygon(room.x, room.y, radius, corners, turn)
     built = Building(site.room, body=room, body_top=podium)
     built.add(box(room, site.bottom, podium - 0.5))
-    _parapet(built, room, podium - 0.5, 0.5)
+    parapet(built, room, podium - 0.5, 0.5)
     if point:
         built.add(
             loft([outline] * 2, [podium - 1.0, shaft], apex=np.array([[room.x, room.y, site.top]]))
@@ -201,7 +116,7 @@ def courtyard(site: Site, rng: np.random.Generator) -> Building:
     else:
         built.body_top = site.top - 0.8
         built.add(ring(outer, inner, site.bottom, built.body_top))
-        _parapet(built, site.room, built.body_top, 0.8)
+        parapet(built, site.room, built.body_top, 0.8)
     return built
 
 
@@ -213,8 +128,8 @@ def cantilever(site: Site, rng: np.random.Generator) -> Building:
     built = Building(site.room)
     built.add(box(foot, site.bottom, split + 0.3))
     built.add(box(site.room, split, site.top - 0.6))
-    _parapet(built, site.room, site.top - 0.6, 0.6)
-    _machines(built, site.room, site.top - 0.6, 0.6, rng)
+    parapet(built, site.room, site.top - 0.6, 0.6)
+    machines(built, site.room, site.top - 0.6, 0.6, rng)
     return built
 
 
@@ -250,65 +165,3 @@ def church(site: Site, rng: np.random.Generator) -> Building:
     tip = np.array([[base.x, base.y, site.top]])
     built.add(loft([base.corners()], [shaft], apex=tip))
     return built
-
-
-def balconies(
-    built: Building,
-    site: Site,
-    walls: Footprint,
-    roof: float,
-    rng: np.random.Generator,
-    *,
-    share: float,
-) -> None:
-    """Hang rows of balconies on one long side or on both, within the parcel.
-
-    Parameters
-    ----------
-    built
-        Building that gets them.
-    site
-        Its site; the balconies end at the rim of its room.
-    walls
-        Footprint of the walls, first axis along the long side.
-    roof
-        Height below which they hang, metres.
-    rng
-        Source of chance.
-    share
-        Chance of each single balcony.
-
-    """
-    room = site.room.long_side_first()
-    deep = min(room.v - walls.v, 1.6)
-    columns = int((2.0 * walls.u - 1.0) // 4.0)
-    floors = int((roof - site.ground - 1.3) // STOREY)
-    if deep < 0.3 or columns < 1 or floors < 1:
-        return
-    for side in (-1.0, 1.0) if rng.random() < 0.5 else (1.0,):
-        there = rng.random((floors, columns)) < share
-        there[0, 0] = True
-        v = sorted((side * (walls.v - 0.1), side * (walls.v + deep)))
-        for floor, column in np.argwhere(there):
-            u = (column - 0.5 * (columns - 1)) * 4.0
-            z = site.ground + STOREY * (floor + 1.0) - 0.2
-            slab = walls.part((u - 1.3, u + 1.3), (v[0], v[1]))
-            built.add(box(slab, z, z + 1.2), kind=Kind.BALCONY)
-
-
-def _parapet(built: Building, walls: Footprint, roof: float, height: float) -> None:
-    thick = min(0.35, 0.2 * min(walls.u, walls.v))
-    built.add(ring(walls.corners(), walls.inset(thick).corners(), roof - 0.15, roof + height))
-
-
-def _machines(
-    built: Building, walls: Footprint, roof: float, height: float, rng: np.random.Generator
-) -> None:
-    """Put up to four ventilation boxes on a roof."""
-    if min(walls.u, walls.v) < 3.0:
-        return
-    for _ in range(int(rng.integers(0, 5))):
-        u = float(rng.uniform(-0.75, 0.75)) * walls.u
-        v = float(rng.uniform(-0.7, 0.7)) * walls.v
-        w = float(rng.uniform(0.4, 0.8))
-        built.add(box(walls.part((u - w, u + w), (v - w, v + w)), roof - 0.1, roof + height))
