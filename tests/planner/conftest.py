@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from planner.viewpoints.viewpoints import Viewpoints
+
 
 class Solids:
     """An airspace of boxes, balls and level ground with closed formulas for every distance."""
@@ -62,7 +64,65 @@ class Solids:
         return near
 
 
+def viewpoints_at(positions):
+    """Viewpoints at these places, with made-up directions."""
+    positions = np.asarray(positions, dtype=float).reshape(-1, 3)
+    count = len(positions)
+    rng = np.random.default_rng(count)
+    return Viewpoints(
+        positions,
+        np.round(rng.uniform(-179, 180, count), 4),
+        np.round(rng.uniform(-90, 0, count), 4),
+        ("cover",) * count,
+        np.full(count, -1),
+    )
+
+
+def points_of(path, spacing=0.02):
+    """Points of the whole curve at most ``spacing`` apart, by no code of the planner."""
+    found = [np.zeros((0, 3))]
+    for a, b, c, d in path.controls:
+        length = sum(np.linalg.norm(step) for step in (b - a, c - b, d - c))
+        t = np.linspace(0, 1, 3 * int(length / spacing) + 2)[:, None]
+        found.append(
+            (1 - t) ** 3 * a + 3 * (1 - t) ** 2 * t * b + 3 * (1 - t) * t**2 * c + t**3 * d
+        )
+    return np.concatenate(found)
+
+
+def check_safe(flight, space):
+    """The strongest statement there is: not one point of the curve is too close."""
+    path = flight.path
+    points = points_of(path)
+    if len(points):
+        assert space.clearance(points).min() >= space.d_min
+        assert space.zone_margin(points).min() >= 0.0
+    for piece in range(len(path)):
+        t = np.linspace(0, 1, 400)[:, None]
+        a, b, c, d = path.controls[piece]
+        one = (1 - t) ** 3 * a + 3 * (1 - t) ** 2 * t * b + 3 * (1 - t) * t**2 * c + t**3 * d
+        assert space.d_min < path.clearance[piece] <= space.clearance(one).min() + 1e-9
+        assert 0.0 < path.zone_margin[piece] <= space.zone_margin(one).min() + 1e-9
+
+
 @pytest.fixture(scope="session")
 def solids():
     """Class of exact solids."""
     return Solids
+
+
+@pytest.fixture(scope="session", name="viewpoints_at")
+def _viewpoints_at():
+    return viewpoints_at
+
+
+@pytest.fixture(scope="session")
+def dense_points():
+    """Points all along a path."""
+    return points_of
+
+
+@pytest.fixture(scope="session")
+def assert_safe():
+    """Brute-force check of a flight."""
+    return check_safe

@@ -6,48 +6,8 @@ import pytest
 from planner.config import FlightSettings
 from planner.flight.fly import plan_flight
 from planner.flight.path import FlightPath, end_tangents
-from planner.geometry import bezier
-from planner.viewpoints.viewpoints import Viewpoints
 
 QUICK = FlightSettings(iterations=500)
-
-
-def viewpoints(positions):
-    positions = np.asarray(positions, dtype=float).reshape(-1, 3)
-    count = len(positions)
-    rng = np.random.default_rng(count)
-    return Viewpoints(
-        positions,
-        np.round(rng.uniform(-179, 180, count), 4),
-        np.round(rng.uniform(-90, 0, count), 4),
-        ("cover",) * count,
-        np.full(count, -1),
-    )
-
-
-def dense(path, spacing=0.02):
-    """Points of the whole curve at most ``spacing`` apart, by no code of the planner."""
-    found = [np.zeros((0, 3))]
-    for a, b, c, d in path.controls:
-        length = sum(np.linalg.norm(step) for step in (b - a, c - b, d - c))
-        t = np.linspace(0, 1, 3 * int(length / spacing) + 2)[:, None]
-        found.append(
-            (1 - t) ** 3 * a + 3 * (1 - t) ** 2 * t * b + 3 * (1 - t) * t**2 * c + t**3 * d
-        )
-    return np.concatenate(found)
-
-
-def assert_safe(flight, space):
-    """The strongest statement there is: not one point of the curve is too close."""
-    path = flight.path
-    points = dense(path)
-    if len(points):
-        assert space.clearance(points).min() >= space.d_min
-        assert space.zone_margin(points).min() >= 0.0
-    for piece in range(len(path)):
-        one = bezier.evaluate(path.controls[piece][None], np.linspace(0, 1, 400))
-        assert space.d_min < path.clearance[piece] <= space.clearance(one).min() + 1e-9
-        assert 0.0 <= path.zone_margin[piece] <= space.zone_margin(one).min() + 1e-9
 
 
 def assert_joined(flight):
@@ -77,13 +37,13 @@ def tower(solids, **options):
 
 def open_field(seed, count):
     rng = np.random.default_rng(seed)
-    return viewpoints(np.round(rng.uniform((-40, -40, 20), (40, 40, 30), (count, 3)), 4))
+    return np.round(rng.uniform((-40, -40, 20), (40, 40, 30), (count, 3)), 4)
 
 
 @pytest.mark.parametrize("closed", [False, True])
 @pytest.mark.parametrize("count", [0, 1, 2, 3, 30])
-def test_free_flight_is_smooth_joined_and_safe(solids, count, closed):
-    views = open_field(count, count)
+def test_free_flight_is_smooth_joined_and_safe(solids, count, closed, assert_safe, viewpoints_at):
+    views = viewpoints_at(open_field(count, count))
     flight = plan_flight(views, solids(ground=0.0), closed=closed)
     assert_safe(flight, solids(ground=0.0))
     assert_joined(flight)
@@ -95,9 +55,9 @@ def test_free_flight_is_smooth_joined_and_safe(solids, count, closed):
     np.testing.assert_array_equal(flight.viewpoints.yaw_deg, views.yaw_deg)
 
 
-def test_a_tower_in_the_way_is_flown_around(solids):
+def test_a_tower_in_the_way_is_flown_around(solids, assert_safe, viewpoints_at):
     space = tower(solids)
-    views = viewpoints([[-20, 0, 10], [20, 0, 10], [20, 15, 10], [-20, 15, 10]])
+    views = viewpoints_at([[-20, 0, 10], [20, 0, 10], [20, 15, 10], [-20, 15, 10]])
     flight = plan_flight(views, space)
     assert_safe(flight, space)
     assert_joined(flight)
@@ -108,18 +68,18 @@ def test_a_tower_in_the_way_is_flown_around(solids):
     assert len(flight.results) == 1
 
 
-def test_a_tour_around_a_tower_comes_back(solids):
+def test_a_tour_around_a_tower_comes_back(solids, assert_safe, viewpoints_at):
     space = tower(solids)
     corners = [[-9, -9, 9], [9, 9, 9], [9, -9, 9], [-9, 9, 9]]
-    flight = plan_flight(viewpoints(corners), space, closed=True)
+    flight = plan_flight(viewpoints_at(corners), space, closed=True)
     assert_safe(flight, space)
     assert_joined(flight)
     np.testing.assert_array_equal(flight.path.controls[0, 0], flight.path.controls[-1, 3])
 
 
-def test_an_arc_that_would_swing_into_a_wall_is_drawn_in(solids):
+def test_an_arc_that_would_swing_into_a_wall_is_drawn_in(solids, assert_safe, viewpoints_at):
     space = solids([((2.1, -40, -40), (4, 40, 40))], d_min=2.0)  # 0.1 m of slack at x = 0
-    views = viewpoints([[-20, -10, 5], [0, 0, 5], [0, 10, 5], [-20, 20, 5]])
+    views = viewpoints_at([[-20, -10, 5], [0, 0, 5], [0, 10, 5], [-20, 20, 5]])
     flight = plan_flight(views, space)
     assert_safe(flight, space)
     assert_joined(flight)
@@ -139,11 +99,13 @@ def cave(solids, centre=(0.0, 0.0, 20.0), inner=4.0, wall=1.0, **options):
 
 
 @pytest.mark.parametrize("place", [0, 2, 4])
-def test_a_viewpoint_in_a_closed_cave_is_dropped_wherever_it_comes(solids, place):
+def test_a_viewpoint_in_a_closed_cave_is_dropped_wherever_it_comes(
+    solids, place, assert_safe, viewpoints_at
+):
     space = cave(solids)
     spots = [[-20, -20, 20], [-20, 20, 20], [20, 20, 20], [20, -20, 20]]
     spots.insert(place, [0, 0, 20])
-    flight = plan_flight(viewpoints(spots), space, settings=QUICK)
+    flight = plan_flight(viewpoints_at(spots), space, settings=QUICK)
     assert_safe(flight, space)
     assert_joined(flight)
     assert flight.kept.tolist() == [k for k in range(5) if k != place]
@@ -152,20 +114,20 @@ def test_a_viewpoint_in_a_closed_cave_is_dropped_wherever_it_comes(solids, place
     assert "no safe way" in flight.findings[0].message
 
 
-def test_the_larger_group_is_kept(solids):
+def test_the_larger_group_is_kept(solids, assert_safe, viewpoints_at):
     space = cave(solids)
     inside = [[0, 0, 20], [1, 0, 20], [0, 1, 21], [1, 1, 19]]
-    views = viewpoints([inside[0], [-20, 0, 20], inside[1], inside[2], [20, 0, 20], inside[3]])
+    views = viewpoints_at([inside[0], [-20, 0, 20], inside[1], inside[2], [20, 0, 20], inside[3]])
     flight = plan_flight(views, space, settings=QUICK)
     assert flight.kept.tolist() == [0, 2, 3, 5]
     assert_safe(flight, space)
     assert_joined(flight)
 
 
-def test_a_viewpoint_that_is_not_free_is_dropped_first(solids):
+def test_a_viewpoint_that_is_not_free_is_dropped_first(solids, assert_safe, viewpoints_at):
     space = tower(solids, ceiling=25.0)
     spots = [[-20, 0, 10], [0, 0, 10], [20, 0, 10], [6.9, 0, 10], [20, 20, 26]]
-    flight = plan_flight(viewpoints(spots), space)
+    flight = plan_flight(viewpoints_at(spots), space)
     assert flight.kept.tolist() == [0, 2]
     assert [f.number for f in flight.findings] == [1.0, 3.0, 4.0]
     assert "from solids" in flight.findings[1].message
@@ -173,50 +135,50 @@ def test_a_viewpoint_that_is_not_free_is_dropped_first(solids):
     assert_safe(flight, space)
 
 
-def test_nothing_free_gives_an_empty_flight(solids):
-    flight = plan_flight(viewpoints([[0, 0, 10], [1, 0, 12]]), tower(solids))
+def test_nothing_free_gives_an_empty_flight(solids, viewpoints_at):
+    flight = plan_flight(viewpoints_at([[0, 0, 10], [1, 0, 12]]), tower(solids))
     assert len(flight.path) == 0
     assert flight.path.start == -1
     assert len(flight.findings) == 2
 
 
-def test_viewpoints_at_one_place_are_all_kept(solids):
+def test_viewpoints_at_one_place_are_all_kept(solids, assert_safe, viewpoints_at):
     spots = [[0, 0, 10], [0, 0, 10], [5, 0, 10], [5, 0, 10], [5, 0, 10], [5, 5, 10]]
-    flight = plan_flight(viewpoints(spots), solids(ground=0.0))
+    flight = plan_flight(viewpoints_at(spots), solids(ground=0.0))
     assert flight.kept.tolist() == list(range(6))
     assert_joined(flight)
     assert_safe(flight, solids(ground=0.0))
 
 
-def test_straight_back_is_flown_too(solids):
-    flight = plan_flight(viewpoints([[0, 0, 10], [10, 0, 10], [0, 0, 10]]), solids(ground=0.0))
+def test_straight_back_is_flown_too(solids, assert_safe, viewpoints_at):
+    flight = plan_flight(viewpoints_at([[0, 0, 10], [10, 0, 10], [0, 0, 10]]), solids(ground=0.0))
     assert_safe(flight, solids(ground=0.0))
     assert_joined(flight)
     assert_smooth(flight)
 
 
-def test_the_same_seed_gives_the_same_bits_and_legs_ignore_their_company(solids):
+def test_the_same_seed_gives_the_same_bits_and_legs_ignore_their_company(solids, viewpoints_at):
     space = tower(solids)
     spots = [[-20, 0, 10], [20, 0, 10], [20, 15, 10], [0, 18, 10], [0, -18, 12]]
-    first, second = (plan_flight(viewpoints(spots), space, seed=3) for _ in range(2))
+    first, second = (plan_flight(viewpoints_at(spots), space, seed=3) for _ in range(2))
     np.testing.assert_array_equal(first.path.controls, second.path.controls)
-    alone = plan_flight(viewpoints(spots[3:]), space, seed=3)
+    alone = plan_flight(viewpoints_at(spots[3:]), space, seed=3)
     np.testing.assert_array_equal(alone.results[0].solution, first.results[-1].solution)
-    other = plan_flight(viewpoints(spots), space, seed=4)
+    other = plan_flight(viewpoints_at(spots), space, seed=4)
     assert not np.array_equal(first.path.length, other.path.length)
 
 
-def test_a_path_survives_its_records(solids):
+def test_a_path_survives_its_records(solids, viewpoints_at):
     space = tower(solids)
-    path = plan_flight(viewpoints([[-20, 0, 10], [20, 0, 10], [20, 9, 10]]), space).path
+    path = plan_flight(viewpoints_at([[-20, 0, 10], [20, 0, 10], [20, 9, 10]]), space).path
     again = FlightPath.from_records(path.to_records(), start=path.start)
     for name in ("controls", "leg", "reached", "repaired", "clearance", "zone_margin"):
         np.testing.assert_array_equal(getattr(path, name), getattr(again, name))
     assert "inf" not in str(path.to_records())
 
 
-def test_torn_or_misnumbered_paths_are_refused(solids):
-    path = plan_flight(open_field(0, 4), solids(ground=0.0)).path
+def test_torn_or_misnumbered_paths_are_refused(solids, viewpoints_at):
+    path = plan_flight(viewpoints_at(open_field(0, 4)), solids(ground=0.0)).path
     records = path.to_records()
     for key, value in (("leg", 5), ("reached", -1), ("controls", np.ones((4, 3)).tolist())):
         broken = [dict(record) for record in records]
