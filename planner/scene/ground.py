@@ -6,19 +6,22 @@ from planner.geometry.arrays import Bools, Bytes, Floats, Ints
 from planner.scene.scene import Ground
 
 _TERRAIN_CLASSES = (2, 9)  # LAS: ground, water
-_PERCENTILE = 5.0  # of a cell's heights: below it lie the echoes from under the street
 _SLOPE = 0.3  # steepest hill top that is still terrain
 _STEP = 0.3  # lowest kerb, in cells, that makes an object
-_WIDEST = 0.25  # half-width of the widest building, as a share of the scene
+_WIDEST = 0.25  # half-width of the widest building, as a share of the scene's length
+_OPEN = 0.08  # share of cells with bare ground below which a scene has no terrain of its own
 
 
-def estimate_ground(xyz: Floats, *, cell: float, classes: Bytes | None = None) -> Ground:
+def estimate_ground(
+    xyz: Floats, *, cell: float, classes: Bytes | None = None, low: float = 5.0
+) -> Ground:
     """Height of the terrain on a grid that covers the points.
 
     Where points are classified, the ground and water points decide. Otherwise each cell takes the
     low end of its heights, and a morphological opening with a growing window takes away whatever
     drops at once by more than terrain can (progressive filter after Zhang et al. 2003,
-    doi:10.1109/TGRS.2003.810682). Gaps are filled linearly from their rims.
+    doi:10.1109/TGRS.2003.810682). Gaps are filled linearly from their rims. Where hardly a cell is
+    bare, as for a lone tower or buildings without terrain, the feet of the walls decide alone.
 
     Parameters
     ----------
@@ -28,6 +31,9 @@ def estimate_ground(xyz: Floats, *, cell: float, classes: Bytes | None = None) -
         Cell width, metres.
     classes
         LAS classes, shape (N,), if there are any.
+    low
+        Percentile of a cell's heights that is its low end; below it lie the echoes that seem to
+        come from under the street.
 
     Returns
     -------
@@ -42,15 +48,22 @@ def estimate_ground(xyz: Floats, *, cell: float, classes: Bytes | None = None) -
     """
     if len(xyz) == 0 or not cell > 0.0:
         raise ValueError(f"need points and a positive cell, got {len(xyz)} and {cell}.")
-    low = xyz[:, :2].min(axis=0)
-    shape = np.floor((xyz[:, :2].max(axis=0) - low) / cell).astype(np.int64) + 1
+    from scipy.ndimage import maximum_filter, median_filter
+
+    corner = xyz[:, :2].min(axis=0)
+    shape = np.floor((xyz[:, :2].max(axis=0) - corner) / cell).astype(np.int64) + 1
     terrain = _classified(classes)
     if terrain is not None:
-        heights, seen = _low_heights(xyz[terrain], low, cell, shape, percentile=50.0)
-        return Ground(_fill(heights, seen), low, cell)
-    heights, seen = _low_heights(xyz, low, cell, shape, percentile=_PERCENTILE)
-    bare = seen & ~_objects(_fill_nearest(heights, seen), cell)
-    return Ground(_fill(heights, bare), low, cell)
+        heights, seen = _cell_heights(xyz[terrain], corner, cell, shape, 50.0)
+        return Ground(_fill(heights, seen), corner, cell)
+    heights, seen = _cell_heights(xyz, corner, cell, shape, low)
+    upper, _ = _cell_heights(xyz, corner, cell, shape, 80.0)
+    start = _fill_nearest(heights, seen)
+    bare = seen & ~_objects(start, cell, _WIDEST)
+    around = maximum_filter(np.where(seen, upper, -np.inf), size=3, mode="nearest")
+    if (bare & (around - heights < cell)).sum() < _OPEN * seen.sum():
+        bare = seen & ~_objects(start, cell, 1.0)
+    return Ground(median_filter(_fill(heights, bare), size=3, mode="nearest"), corner, cell)
 
 
 def _classified(classes: Bytes | None) -> Bools | None:
@@ -61,11 +74,11 @@ def _classified(classes: Bytes | None) -> Bools | None:
     return terrain if terrain.sum() >= max(10, 0.02 * len(classes)) else None
 
 
-def _low_heights(
-    xyz: Floats, low: Floats, cell: float, shape: Ints, *, percentile: float
+def _cell_heights(
+    xyz: Floats, corner: Floats, cell: float, shape: Ints, percentile: float
 ) -> tuple[Floats, Bools]:
-    """A low percentile of the heights in each cell, and which cells hold a point."""
-    index = np.floor((xyz[:, :2] - low) / cell).astype(np.int64).clip(0, shape - 1)
+    """A percentile of the heights in each cell, and which cells hold a point."""
+    index = np.floor((xyz[:, :2] - corner) / cell).astype(np.int64).clip(0, shape - 1)
     flat = index[:, 0] * shape[1] + index[:, 1]
     order = np.lexsort((xyz[:, 2], flat))
     first = np.flatnonzero(np.r_[True, np.diff(flat[order]) != 0])
@@ -79,16 +92,16 @@ def _low_heights(
     return heights.reshape(shape), seen.reshape(shape)
 
 
-def _objects(heights: Floats, cell: float) -> Bools:
+def _objects(heights: Floats, cell: float, widest: float) -> Bools:
     """Which cells something stands on that the opening removes at one step."""
     from scipy.ndimage import grey_opening
 
     found = np.zeros(heights.shape, dtype=bool)
-    last = heights
-    for half in range(1, max(2, round(_WIDEST * max(heights.shape)))):
+    last, before, half = heights, 0, 1
+    while half <= max(1.0, widest * max(heights.shape)):
         opened = grey_opening(last, size=(2 * half + 1, 2 * half + 1), mode="nearest")
-        found |= last - opened > (_SLOPE + _STEP) * cell
-        last = opened
+        found |= last - opened > (_SLOPE * (half - before) + _STEP) * cell
+        last, before, half = opened, half, half + 1 + half // 8
     return found
 
 

@@ -12,16 +12,18 @@ from planner.scene.cleaning import stray_points, thin
 from planner.scene.cloud import Mesh, PointCloud
 from planner.scene.degenerate import check_shape
 from planner.scene.ground import estimate_ground
-from planner.scene.normals import estimate_normals, orient_normals
+from planner.scene.normals import estimate_normals, orient_samples
+from planner.scene.openness import finest_cell, sky_grid
 from planner.scene.placing import Placed, place
 from planner.scene.readers.formats import read_source
 from planner.scene.readers.source import refusal
-from planner.scene.sampling import sample_mesh
+from planner.scene.sampling import cover_mesh, sample_mesh, triangle_normals
 from planner.scene.scene import Ground, Scene
 
 _DEFAULTS = SceneSettings()
 _SAMPLE = 0.25 * 0.015  # of the longest side: a quarter of the default radius R
 _GROUND_CELL = 0.5 * 0.015  # of the longest side
+_HOUSE = 2.0  # metres: a wider cell would hold a low shed together with its yard
 _MOST_SAMPLES = 2_000_000
 
 
@@ -72,7 +74,9 @@ def _cloud_scene(path: Path, placed: Placed, settings: SceneSettings) -> Scene:
         notes.append(f"Dropped {len(strays)} stray points of {len(cloud)}.")
         cloud = cloud.take(~stray)
     longest = float(np.ptp(cloud.xyz, axis=0).max())
-    ground = estimate_ground(cloud.xyz, cell=_GROUND_CELL * longest, classes=cloud.classes)
+    ground = estimate_ground(
+        cloud.xyz, cell=_ground_cell(longest, placed.metric), classes=cloud.classes
+    )
     coarse = thin(cloud, 2.0 * _SAMPLE * longest)
     if len(coarse) >= 3:
         coarse = estimate_normals(coarse, settings.normal_neighbours, ground=ground)
@@ -83,26 +87,40 @@ def _cloud_scene(path: Path, placed: Placed, settings: SceneSettings) -> Scene:
 
 def _mesh_scene(path: Path, placed: Placed) -> Scene:
     """Scene of a mesh: samples take the place of points."""
-    source, notes = placed.source, list(placed.notes)
-    assert source.triangles is not None
-    mesh = Mesh(source.xyz, source.triangles)
-    used = mesh.vertices[np.unique(mesh.triangles)]
-    if len(used) == 0:
-        raise refusal(path, "the mesh has no faces", "export it with faces, or as a PLY cloud")
-    longest = float(np.ptp(used, axis=0).max())
-    check_shape(path, used, least=4)
-    corners = mesh.vertices[mesh.triangles]
-    sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = 0.5 * float(np.linalg.norm(sides, axis=1).sum())
-    spacing = max(_SAMPLE * longest, float(np.sqrt(area / _MOST_SAMPLES)))
-    cloud = sample_mesh(mesh, spacing, seed=0)
-    ground = estimate_ground(cloud.xyz, cell=_GROUND_CELL * longest)
-    before = len(cloud)
-    cloud = orient_normals(cloud, spacing, ground=ground)
+    notes = list(placed.notes)
+    mesh = _whole_mesh(path, placed)
+    span = np.ptp(mesh.vertices, axis=0)
+    check_shape(path, mesh.vertices, least=4)
+    spacing = _SAMPLE * float(span.max())
+    area = float(triangle_normals(mesh)[1].sum())
+    spacing = max(spacing, float(np.sqrt(area / _MOST_SAMPLES)))
+    samples = sample_mesh(mesh, spacing, seed=0)
+    cell = max(finest_cell(span), 0.5 * spacing)
+    cover = cover_mesh(mesh, 0.5 * cell)
+    ground = estimate_ground(cover, cell=_ground_cell(float(span.max()), placed.metric), low=0.0)
+    cloud = orient_samples(samples, sky_grid(cover, cell, ground))
     notes.append(f"Sampled the mesh of {len(mesh)} triangles every {spacing:.3g} m.")
-    if len(cloud) < before:
-        notes.append(f"Left out {before - len(cloud)} of {before} samples inside of solids.")
+    if len(cloud) < len(samples):
+        inside = len(samples) - len(cloud)
+        notes.append(f"Left out {inside} of {len(samples)} samples inside of solids.")
     return _scene(path, placed, cloud, mesh=mesh, ground=ground, normals=cloud.normals, notes=notes)
+
+
+def _whole_mesh(path: Path, placed: Placed) -> Mesh:
+    """The mesh without triangles that have no area and vertices that no triangle names."""
+    assert placed.source.triangles is not None
+    xyz, triangles = placed.source.xyz, placed.source.triangles
+    triangles = triangles[triangle_normals(Mesh(xyz, triangles))[1] > 0.0]
+    if len(triangles) == 0:
+        raise refusal(path, "its faces have no area", "export it as a mesh with whole faces")
+    used, row = np.unique(triangles, return_inverse=True)
+    return Mesh(xyz[used], row.reshape(-1, 3))
+
+
+def _ground_cell(longest: float, metric: bool) -> float:
+    """Width of a terrain cell: half of the default radius R, but no wider than a building."""
+    cell = _GROUND_CELL * longest
+    return min(cell, max(_HOUSE, 0.25 * cell)) if metric else cell
 
 
 def _scene(

@@ -54,38 +54,33 @@ def estimate_normals(
     return PointCloud(cloud.xyz, normals, cloud.colours, cloud.classes)
 
 
-def orient_normals(
-    cloud: PointCloud, spacing: float, *, ground: Ground | None = None
-) -> PointCloud:
-    """Turn given normals out of the solid, and leave out points inside of it.
+def orient_samples(samples: PointCloud, grid: SkyGrid) -> PointCloud:
+    """Turn the normals of a mesh's samples out of the solid, and leave out samples inside of it.
 
     Parameters
     ----------
-    cloud
-        Points with unit normals of either sign, such as samples of a polygon soup.
-    spacing
-        Typical distance between the points, metres.
-    ground
-        Terrain, which closes the scene from below.
+    samples
+        Points with unit normals of either sign, such as those of a polygon soup.
+    grid
+        Openness around the mesh, from points that cover it without a gap.
 
     Returns
     -------
-    cloud
-        The points that a way through free space joins with the sky, with outward normals. All
-        points, if none or nearly none could be joined.
+    samples
+        The points that a way through free space joins with the sky, with outward normals. All of
+        them, if none or nearly none could be joined.
 
     Raises
     ------
     ValueError
-        If the cloud has no normals.
+        If the samples have no normals.
 
     """
-    if cloud.normals is None:
-        raise ValueError("cannot orient a cloud without normals.")
-    grid = sky_grid(cloud.xyz, _cell(cloud.xyz, spacing), ground)
-    normals, _ = _towards_sky(cloud.xyz, cloud.normals, grid)
-    hidden = grid.sides(cloud.xyz, normals)[1]
-    turned = PointCloud(cloud.xyz, normals, cloud.colours, cloud.classes)
+    if samples.normals is None:
+        raise ValueError("cannot orient samples without normals.")
+    normals, _ = _towards_sky(samples.xyz, samples.normals, grid)
+    hidden = grid.sides(samples.xyz, normals)[1]
+    turned = PointCloud(samples.xyz, normals, samples.colours, samples.classes)
     return turned.take(~hidden) if hidden.mean() < _MOST_HIDDEN else turned
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from planner.geometry.arrays import Bools, Floats
 from planner.scene.scene import Ground
 
-_MOST_CELLS = 6_000_000
+_MOST_CELLS = 4_000_000
 _RIM = 3  # free cells around the points, and above them
 _ELEVATIONS = ((0.0, 0.5), (25.0, 1.0), (55.0, 1.0))  # degrees, weight
 _AZIMUTHS = 8
@@ -95,8 +95,7 @@ def sky_grid(xyz: Floats, cell: float, ground: Ground | None = None) -> SkyGrid:
     from scipy.ndimage import label
 
     low, span = xyz.min(axis=0), np.ptp(xyz, axis=0)
-    while np.prod(span / cell + 2 * _RIM + 1) > _MOST_CELLS:
-        cell *= 1.1
+    cell = max(cell, finest_cell(span))
     shape = np.floor(span / cell).astype(np.int64) + 1 + 2 * _RIM
     origin = low - _RIM * cell
     free = np.ones(shape, dtype=bool)
@@ -110,6 +109,14 @@ def sky_grid(xyz: Floats, cell: float, ground: Ground | None = None) -> SkyGrid:
         total += weight
     labels, _ = label(free)
     return SkyGrid((lit / total).astype(np.float32), labels == labels[0, 0, -1], origin, cell)
+
+
+def finest_cell(span: Floats) -> float:
+    """Least cell width, metres, at which a grid over ``span``, shape (3,), fits in memory."""
+    cell = max(float(np.cbrt(np.prod(span) / _MOST_CELLS)), 1e-9 + 1e-6 * float(span.max()))
+    while np.prod(span / cell + 2 * _RIM + 1) > _MOST_CELLS:
+        cell *= 1.02
+    return cell
 
 
 def _directions() -> list[tuple[Floats, float]]:

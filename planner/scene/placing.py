@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,8 @@ class Placed:
     source
         The content with local positions, metres, z up.
     frame
-        ``local = unit_metres * local_from_source @ source - origin``.
+        ``local = unit_metres * local_from_source @ source - origin``, where the CRS does not give
+        heights a unit of their own.
     metric
         Whether the unit is known, or at least plausible.
     notes
@@ -68,24 +70,28 @@ def place(path: Path, source: Source, settings: SceneSettings) -> Placed:
 
     """
     source, notes = _finite(path, source)
-    crs, datum, crs_unit = describe_crs(path, settings.crs or source.crs)
+    crs = _chosen_crs(path, source, settings, notes)
     up = source.up if settings.up == "auto" else settings.up
     xyz, normals = source.xyz, source.normals
     if up != "z":
         xyz = xyz @ _UP[up].T
         normals = None if normals is None else normals @ _UP[up].T
         notes.append(f"Turned from {up} up to z up.")
-    stated = crs_unit or source.unit_metres if settings.unit == "auto" else settings.unit
+    stated = crs.unit or source.unit_metres if settings.unit == "auto" else settings.unit
     unit = 1.0 if stated is None else stated
     if unit <= 0.0:
         raise refusal(path, f"scene.unit is {unit}", "give the metres per unit, such as 0.001")
-    xyz = xyz * unit if unit != 1.0 else xyz
-    longest = float(np.ptp(xyz, axis=0).max())
-    metric = stated is not None or _plausible(path, longest, notes)
+    upward = crs.height_unit or unit if settings.unit == "auto" else unit
+    if (unit, upward) != (1.0, 1.0):
+        xyz = xyz * (unit, unit, upward)
+        notes.append(f"Scaled to metres by {unit:.7g}, heights by {upward:.7g}.")
+    span = np.ptp(xyz, axis=0)
+    longest = float(span.max())
+    metric = stated is not None or _plausible(path, span, notes)
     origin = _origin(xyz, longest)
     if origin.any():
         xyz = xyz - origin
-    frame = Frame(origin, crs, datum, unit, _UP.get(up))
+    frame = Frame(origin, crs.name, crs.datum, unit, _UP.get(up))
     return Placed(replace(source, xyz=xyz, normals=normals), frame, metric, tuple(notes))
 
 
@@ -115,51 +121,75 @@ def _finite(path: Path, source: Source) -> tuple[Source, list[str]]:
     return kept, notes
 
 
-def describe_crs(path: Path, text: str | None) -> tuple[str | None, str | None, float | None]:
-    """Normal form, vertical datum and unit (metres) of a CRS.
+@dataclass(frozen=True, slots=True)
+class _Reference:
+    name: str | None = None
+    datum: str | None = None
+    unit: float | None = None
+    height_unit: float | None = None
+
+
+def _chosen_crs(
+    path: Path, source: Source, settings: SceneSettings, notes: list[str]
+) -> _Reference:
+    """The CRS of the settings, else of the file, else none.
 
     Raises
     ------
     PlannerError
-        If it is not known, or counts in degrees.
+        If the one in the settings is not known, or the chosen one counts in degrees.
 
     """
-    if text is None:
-        return None, None, None
     from pyproj import CRS
     from pyproj.exceptions import CRSError
 
+    text = settings.crs or source.crs
+    if text is None:
+        return _Reference()
     try:
         crs = CRS.from_user_input(text)
     except CRSError as error:
         wrong = f"the coordinate system {text[:60]!r} is not known"
-        raise refusal(path, wrong, "set scene.crs to an EPSG code such as EPSG:25832") from error
+        if settings.crs is not None:
+            remedy = "set scene.crs to an EPSG code such as EPSG:25832"
+            raise refusal(path, wrong, remedy) from error
+        notes.append(f"{wrong[0].upper()}{wrong[1:]}: left out (set scene.crs to give it).")
+        return _Reference()
     if crs.is_geographic or crs.is_geocentric:
         wrong = f"its coordinates are in {crs.name}, not in a map projection"
         raise refusal(path, wrong, "project it to metres (for example UTM) first")
     code = crs.to_epsg()
     vertical = [part for part in crs.sub_crs_list if part.is_vertical]
-    datum = vertical[0].name if vertical else None
-    factor = crs.axis_info[0].unit_conversion_factor if crs.axis_info else None
-    return (text if code is None else f"EPSG:{code}"), datum, factor or None
+    return _Reference(
+        name=text if code is None else f"EPSG:{code}",
+        datum=vertical[0].name if vertical else None,
+        unit=_axis_unit(crs),
+        height_unit=_axis_unit(vertical[0]) if vertical else None,
+    )
 
 
-def _plausible(path: Path, longest: float, notes: list[str]) -> bool:
-    """Whether metres are a fair guess for a file without a unit.
+def _axis_unit(crs: Any) -> float | None:
+    """Metres per unit of the first axis of a CRS, if it says so."""
+    factor = crs.axis_info[0].unit_conversion_factor if crs.axis_info else 0.0
+    return float(factor) or None
+
+
+def _plausible(path: Path, span: Floats, notes: list[str]) -> bool:
+    """Whether metres are a fair guess for a file without a unit, by its extent, shape (3,).
 
     Raises
     ------
     PlannerError
-        If the scene would be kilometres long.
+        If the scene would be kilometres long, or has the proportions of degrees.
 
     """
+    longest = float(span.max())
+    if span[:2].max() < 1.0 and span[2] > 200.0 * span[:2].max() > 0.0:
+        wrong = f"it is {span[2]:.3g} high but only {span[:2].max():.2g} wide, as degrees are"
+        raise refusal(path, wrong, "project it to metres (for example UTM) first")
     if longest > _LARGEST:
-        wrong = (
-            f"the unit is not stated and the scene would be {longest / 1000:.1f} km long in metres"
-        )
-        remedy = (
-            "set scene.unit to the metres per unit (0.001 for millimetres, 1 if it is so large)"
-        )
+        wrong = f"its unit is not stated, and in metres it would be {longest / 1000:.1f} km long"
+        remedy = "set scene.unit to the metres per unit (0.001 for millimetres, 1 for metres)"
         raise refusal(path, wrong, remedy)
     if longest < _SMALLEST:
         notes.append(

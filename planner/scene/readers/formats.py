@@ -30,6 +30,26 @@ _READERS: dict[str, Callable[[Path], Source]] = {
     ".jsonl": read_cityjson,
 }
 _LAS = (".las", ".laz")
+_LARGEST = 16 * 10**9  # bytes
+_MAGIC: tuple[tuple[bytes, tuple[str, ...]], ...] = (  # first bytes, what they stand for
+    (b"ply", (".ply",)),
+    (b"LASF", _LAS),
+    (b"glTF", (".glb",)),
+    (b"# .PCD", (".pcd",)),
+    (b"VERSION", (".pcd",)),
+    (b"FIELDS", (".pcd",)),
+    (b"OFF", (".off",)),
+    (b"COFF", (".off",)),
+    (b"NOFF", (".off",)),
+    (b"CNOFF", (".off",)),
+    (b"STOFF", (".off",)),
+    (b"PK\x03\x04", ("a ZIP archive",)),
+    (b"\x1f\x8b", ("a GZIP archive",)),
+    (b"<?xml", ("an XML document",)),
+    (b"\x89PNG", ("a picture",)),
+    (b"\xff\xd8\xff", ("a picture",)),
+    (b"II*\x00", ("a picture",)),
+)
 
 
 def extensions() -> tuple[str, ...]:
@@ -69,6 +89,7 @@ def read_source(path: Path, *, limit: int) -> Source:
 
 
 def _check_file(path: Path) -> None:
+    """Refuse what cannot be a scene file, before anything is read of it."""
     if path.is_dir():
         raise refusal(path, "it is a folder", "name a scene file in it")
     if not path.exists():
@@ -79,36 +100,31 @@ def _check_file(path: Path) -> None:
     if kind not in extensions():
         known = " ".join(extensions())
         raise refusal(path, f"the extension {kind!r} is unknown", f"convert it to one of {known}")
+    size = path.stat().st_size
+    if size == 0:
+        raise refusal(path, "the file is empty", "copy or export it again")
+    if size > _LARGEST:
+        raise refusal(path, f"it has {size / 1e9:.0f} GB", "thin it or cut out the part to plan")
     try:
         with path.open("rb") as file:
-            start = file.read(4096)
+            start = file.read(1024)
     except OSError as error:
-        raise PlannerError(f"{path}: {error.strerror}; make it readable") from error
-    if not start:
-        raise refusal(path, "the file is empty", "copy or export it again")
-    found = sniff(start)
-    if found is not None and kind not in found:
-        better = path.with_suffix(found[0]).name
-        wrong = f"its content is {found[0][1:].upper()}, not {kind[1:].upper()}"
-        raise refusal(path, wrong, f"rename it to {better}")
+        raise refusal(path, f"it cannot be read ({error.strerror})", "mend its rights") from error
+    _check_content(path, kind, start)
 
 
-def sniff(start: bytes) -> tuple[str, ...] | None:
-    """Extensions that fit the first bytes of a file, best first; ``None`` if they do not say."""
-    text = start.lstrip(b"\xef\xbb\xbf").lstrip()
-    for magic, kinds in (
-        (b"ply", (".ply",)),
-        (b"LASF", (".laz", ".las")),
-        (b"glTF", (".glb",)),
-        (b"# .PCD", (".pcd",)),
-        (b"OFF", (".off",)),
-        (b"COFF", (".off",)),
-        (b"PK\x03\x04", (".zip",)),
-        (b"\x1f\x8b", (".gz",)),
-        (b"<?xml", (".xml",)),
-        (b"\x89PNG", (".png",)),
-        (b"\xff\xd8\xff", (".jpg",)),
-    ):
-        if text.startswith(magic):
-            return kinds
-    return None
+def _check_content(path: Path, kind: str, start: bytes) -> None:
+    """Refuse a file whose first bytes say that it is something else than its extension."""
+    text = start.removeprefix(b"\xef\xbb\xbf").lstrip()
+    for magic, kinds in _MAGIC:
+        if not text.startswith(magic):
+            continue
+        if kind in kinds:
+            return
+        if kinds[0] in extensions():
+            wrong = f"its content is {kinds[0][1:].upper()}, not {kind[1:].upper()}"
+            raise refusal(path, wrong, f"rename it to {path.with_suffix(kinds[0]).name}")
+        raise refusal(path, f"it is {kinds[0]}", "give the scan or the model itself")
+    if any(kind in kinds for _, kinds in _MAGIC):
+        wrong = f"its content is not {kind[1:].upper()}"
+        raise refusal(path, wrong, "give it the extension of its format, or export it again")
