@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from planner.errors import PlannerError
 from planner.scene.readers.cityjson import read_cityjson
 from planner.scene.readers.gltf import read_gltf
 from planner.scene.readers.las import read_las

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from planner.errors import PlannerError
 from planner.geometry.arrays import Bytes, Floats, Ints
 
@@ -52,3 +54,11 @@ def truncated(path: Path, what: str) -> PlannerError:
     return refusal(
         path, f"the file is cut short or damaged ({what})", "copy or export it again and retry"
     )
+
+
+def colour_bytes(colours: Floats) -> Bytes:
+    """Colours as bytes, out of numbers up to 1, up to 255 or up to 65535, shape (N, 3)."""
+    colours = np.nan_to_num(colours)
+    top = colours.max(initial=0.0)
+    scale = 255.0 if 0.0 < top <= 1.0 else 255.0 / 65535.0 if top > 255.0 else 1.0
+    return np.asarray((colours * scale).clip(0, 255), dtype=np.uint8)

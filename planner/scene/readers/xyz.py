@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from planner.geometry.arrays import Bytes, Floats
-from planner.scene.readers.source import Source, refusal
+from planner.geometry.arrays import Floats
+from planner.scene.readers.source import Source, colour_bytes, refusal
 
 _COMMENTS = ("#", "//", "%", "!")
 _NAMES = {
@@ -47,10 +47,11 @@ def read_xyz(path: Path) -> Source:
     columns = _columns(table, names)
     if not {"x", "y", "z"} <= columns.keys():
         raise refusal(path, f"its header {' '.join(names)!r} names no x, y, z", "name them so")
+    colours = _stack(columns, ("red", "green", "blue"))
     return Source(
         np.column_stack([columns[name] for name in "xyz"]),
         normals=_stack(columns, ("nx", "ny", "nz")),
-        colours=_bytes(_stack(columns, ("red", "green", "blue"))),
+        colours=None if colours is None else colour_bytes(colours),
         classes=columns["class"].clip(0, 255).astype(np.uint8) if "class" in columns else None,
     )
 
@@ -114,13 +115,3 @@ def _stack(columns: dict[str, Floats], names: tuple[str, ...]) -> Floats | None:
     if not set(names) <= columns.keys():
         return None
     return np.column_stack([columns[name] for name in names])
-
-
-def _bytes(colours: Floats | None) -> Bytes | None:
-    """Colours as bytes, from 0..1, 0..255 or 16 bits."""
-    if colours is None:
-        return None
-    colours = np.nan_to_num(colours)
-    top = colours.max(initial=0.0)
-    scale = 255.0 if 0.0 < top <= 1.0 else 255.0 / 65535.0 if top > 255.0 else 1.0
-    return (colours * scale).clip(0, 255).astype(np.uint8)
