@@ -26,14 +26,15 @@ def best_aims(  # noqa: PLR0917 - compiled
 
     ``axes`` (A, 3, 3) and ``bounds`` describe the A <= 64 pictures. ``chosen`` (V, most) gets
     the aims in order of choice, -1 where nothing new is left; ``sizes`` how many pairs each
-    holds; ``masks`` (n,) the aims that hold each pair, a bit each.
+    holds; ``masks`` (n,) the aims that hold each pair, a bit each. ``weights`` (S,) are whole
+    numbers, so that equal aims tie exactly and the first one wins.
     """
     aims, most = len(axes), chosen.shape[1]
     west, east, south, north = bounds[0], bounds[1], bounds[2], bounds[3]
-    gain = np.empty(aims)
+    gain = np.empty(aims, dtype=np.int64)
     one = np.uint64(1)
     for v in range(len(positions)):
-        gain[:] = 0.0
+        gain[:] = 0
         for at in range(indptr[v], indptr[v + 1]):
             s = sample[at]
             x = samples[s, 0] - positions[v, 0]

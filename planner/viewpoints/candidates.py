@@ -14,6 +14,8 @@ from planner.viewpoints.frustum import camera_axes, in_frustum, picture_bounds
 from planner.viewpoints.pairs import VisiblePairs
 from planner.viewpoints.viewpoints import Viewpoints
 
+_WEIGHT_UNITS = 2.0**30  # of the heaviest sample
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidates:
@@ -114,12 +116,13 @@ def generate_candidates(
     from planner.viewpoints.aim_kernels import best_aims, list_pairs
 
     yaw, pitch = aim_directions(directions, camera)
+    whole = np.rint(weights * (_WEIGHT_UNITS / weights.max(initial=1.0))).astype(np.int64)
     chosen = np.empty((len(positions), aims), dtype=np.int16)
     sizes = np.empty((len(positions), aims), dtype=np.int64)
     masks = np.empty(len(pairs), dtype=np.uint64)
     best_aims(
         *(np.ascontiguousarray(positions), samples.xyz, pairs.indptr, pairs.sample),
-        *(camera_axes(yaw, pitch), np.array(picture_bounds(camera)), weights),
+        *(camera_axes(yaw, pitch), np.array(picture_bounds(camera)), whole),
         *(chosen, sizes, masks),
     )
     owner, turn = np.nonzero(chosen >= 0)
