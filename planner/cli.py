@@ -1,0 +1,172 @@
+"""The command ``scanwright``: each verb calls the library and prints."""
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from planner.errors import PlannerError
+
+app = typer.Typer(
+    name="scanwright",
+    help="Plans drone flights for high-quality aerial 3D reconstruction.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+solvers_app = typer.Typer(help="The optimisation back ends.", no_args_is_help=True)
+app.add_typer(solvers_app, name="solvers")
+
+Out = Annotated[Path, typer.Option("--out", help="Folder to write the plan to.")]
+Settings = Annotated[Path | None, typer.Option("--config", help="TOML file with settings.")]
+Assignments = Annotated[
+    list[str] | None, typer.Option("--set", help="One setting, such as route.solver=ortools.")
+]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an earlier plan.")]
+Workers = Annotated[int, typer.Option("--workers", min=1, help="Processes to spread work over.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout.")]
+
+
+@app.command("plan")
+def plan_command(
+    scene: Annotated[Path, typer.Argument(help="Point cloud, mesh or city model.")],
+    out: Out,
+    config: Settings = None,
+    assign: Assignments = None,
+    workers: Workers = 1,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Plan the flight that photographs SCENE well enough to reconstruct it."""
+    from planner.config import load_config
+    from planner.missions.folder import refuse_folder
+
+    refuse_folder(out, overwrite=overwrite)
+    settings = load_config(config, assign or ())
+    _plan_and_save(scene, settings, out, workers=workers, overwrite=overwrite, as_json=as_json)
+
+
+@app.command()
+def demo(
+    out: Out,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the block.")] = 0,
+    config: Settings = None,
+    assign: Assignments = None,
+    workers: Workers = 1,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Plan a seeded synthetic block: no data needed."""
+    from planner.config import load_config
+    from planner.missions.folder import refuse_folder
+    from planner.scene.synthetic import synthetic_scene
+
+    refuse_folder(out, overwrite=overwrite)
+    settings = load_config(config, assign or ())
+    _say("scene", "building a synthetic block")
+    block = synthetic_scene(seed)
+    _plan_and_save(block, settings, out, workers=workers, overwrite=overwrite, as_json=as_json)
+
+
+@app.command()
+def check(
+    folder: Annotated[Path, typer.Argument(help="Plan folder.")],
+    scene: Annotated[
+        Path | None, typer.Option("--scene", help="Also verify that this is the planned file.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Read a written plan back and prove that it keeps its distance."""
+    from planner.missions.check import check_folder
+
+    result = check_folder(folder, scene=scene)
+    for problem in result.problems:
+        _print(f"unsafe: {problem}")
+    if result.ok:
+        _print(result.summary)
+    if as_json:
+        print(json.dumps(result.to_dict(), indent=1))  # noqa: T201
+    raise typer.Exit(0 if result.ok else 1)
+
+
+@solvers_app.command("list")
+def list_solvers(as_json: AsJson = False) -> None:
+    """List every solver that can be named, built in or plugged in."""
+    from solvers.registry import catalogue
+
+    rows = catalogue()
+    if as_json:
+        print(json.dumps(rows, indent=1))  # noqa: T201
+        return
+    for row in rows:
+        note = "" if row["available"] else f"  (missing: {row['missing']})"
+        print(f"{row['family']:8}{row['name']:24}{row['source']}{note}")  # noqa: T201
+
+
+def _plan_and_save(
+    source: Any, settings: Any, out: Path, *, workers: int, overwrite: bool, as_json: bool
+) -> None:
+    """Plan, write, say what came out, and exit with 0 (complete) or 1 (partial)."""
+    from planner.planning import PlanStatus, plan
+    from planner.report.numbers import summary
+
+    with _mapper(workers) as spread:
+        result = plan(source, settings, map=spread, listener=_say)
+    _say("write", f"writing {out} and proving it")
+    result.save(out, overwrite=overwrite)
+    numbers = summary(result)
+    for finding in result.findings:
+        _print(f"{finding.stage}: {finding.message}")
+    _print(
+        f"{result.status}: {numbers['viewpoints']['count']} viewpoints, "
+        f"{numbers['path']['length']:.0f} m, {numbers['path']['duration']:.0f} s, "
+        f"certified clearance {numbers['path']['certified_clearance']:.2f} m "
+        f"(d_min {numbers['airspace']['d_min']:.2f} m): {out}"
+    )
+    if as_json:
+        print(json.dumps({**numbers, "timing": result.timing}, indent=1))  # noqa: T201
+    raise typer.Exit(0 if result.status is PlanStatus.COMPLETE else 1)
+
+
+@contextmanager
+def _mapper(workers: int) -> Iterator[Any]:
+    """``map``, or that of a pool of spawned processes."""
+    if workers == 1:
+        yield map
+        return
+    import multiprocessing
+
+    with multiprocessing.get_context("spawn").Pool(workers) as pool:
+        yield pool.map
+
+
+def _say(stage: str, sentence: str) -> None:
+    """Show one line of progress."""
+    if sentence:
+        _print(f"[dim]{stage:>10}[/dim]  {sentence}", markup=True)
+    else:
+        _print(f"[bold]{stage:>10}[/bold]", markup=True)
+
+
+def _print(line: str, *, markup: bool = False) -> None:
+    """Print text for people, on stderr."""
+    from rich.console import Console
+
+    Console(stderr=True, highlight=False, markup=markup, soft_wrap=True).print(line)
+
+
+def main() -> None:
+    """Run the command and turn what the user can mend into one line and an exit code."""
+    try:
+        app()
+    except PlannerError as error:
+        print(f"scanwright: {error}", file=sys.stderr)  # noqa: T201
+        sys.exit(error.exit_code)
+    except KeyboardInterrupt:
+        print("scanwright: interrupted; nothing was written", file=sys.stderr)  # noqa: T201
+        sys.exit(130)

@@ -1,0 +1,255 @@
+"""Read a plan folder back and prove it safe, with other code than the one that planned it."""
+
+import hashlib
+import zipfile
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.airspace.field import DistanceField
+from planner.errors import PlannerError
+from planner.flight.path import FlightPath
+from planner.flight.timing import sample_path
+from planner.geometry.angles import circular_difference_deg
+from planner.geometry.arrays import Floats
+from planner.missions.proof import CurveProof, prove_distance
+from planner.missions.records import read_json
+from planner.missions.tables import read_path_table, read_viewpoints
+from planner.viewpoints.viewpoints import Viewpoints
+
+SAME_METRES = 1e-3
+SAME_SECONDS = 1e-3
+SAME_DEGREES = 1e-2
+MOST_ARRAY_BYTES = 4 * 2**30
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """What the files of a plan prove, or what they contradict.
+
+    Parameters
+    ----------
+    problems
+        What is unsafe or contradictory, one sentence each; empty if all is proven.
+    pieces, rows, viewpoints
+        Numbers of Bezier pieces, rows of ``path.csv`` and viewpoints that were checked.
+    d_min
+        Distance that is asked for, metres.
+    clearance
+        Proven lower bound of the distance to solids over the whole curve, metres.
+    piece
+        Piece of the curve where that is.
+    raw_clearance
+        The same to the raw points of the coarse model alone, by a KD-tree, metres.
+    zone_margin
+        Proven lower bound of the distance to zones, metres; ``None`` without zones.
+
+    """
+
+    problems: tuple[str, ...]
+    pieces: int
+    rows: int
+    viewpoints: int
+    d_min: float
+    clearance: float | None
+    piece: int
+    raw_clearance: float | None
+    zone_margin: float | None
+
+    @property
+    def ok(self) -> bool:
+        """Whether the plan is proven safe and its files agree."""
+        return not self.problems
+
+    @property
+    def summary(self) -> str:
+        """One sentence for people."""
+        if self.clearance is None:
+            return "safe: the plan flies nowhere"
+        return (
+            f"safe: {self.pieces} pieces proven to stay {self.clearance:.3f} m from everything "
+            f"solid (asked: {self.d_min:.3f} m; nearest in segment {self.piece}); "
+            f"{self.rows} rows and {self.viewpoints} viewpoints agree"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return {"ok": self.ok, **asdict(self), "problems": list(self.problems)}
+
+
+def check_folder(folder: str | Path, *, scene: str | Path | None = None) -> Check:
+    """Prove a written plan from its files alone.
+
+    Every row of ``path.csv`` is worked out again from ``path.json`` (to 1 mm), the viewpoints are
+    found on the curve, and the whole curve is proven to keep ``d_min`` from the solids, from the
+    raw points and out of the zones: by a distance field and a KD-tree, and halving of the curve
+    under a Lipschitz bound, none of which took part in planning.
+
+    Parameters
+    ----------
+    folder
+        Plan folder.
+    scene
+        File that the plan was made from; if given, its hash must be the recorded one.
+
+    Returns
+    -------
+    check
+        The proof, or the contradictions.
+
+    Raises
+    ------
+    PlannerError
+        If a file is missing, truncated or malformed; the message names file and line.
+
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise PlannerError(f"{folder}: is no folder; name the folder of a plan")
+    arrays = _read_arrays(folder / "airspace.npz")
+    field = DistanceField.from_arrays(arrays, name=str(folder / "airspace.npz"))
+    path, speed = _read_path(folder / "path.json")
+    viewpoints = read_viewpoints(folder / "viewpoints.csv")
+    rows = read_path_table(folder / "path.csv")
+    problems = [
+        *_hash_problems(folder / "scene.json", scene),
+        *_viewpoint_problems(folder / "viewpoints.csv", path, viewpoints, field),
+    ]
+    if not problems:
+        problems += _row_problems(folder / "path.csv", path, viewpoints, rows, speed)
+    controls = path.controls
+    solid = prove_distance(controls, field.distance, field.d_min)
+    raw = prove_distance(controls, field.raw_distance, field.d_min)
+    zones = prove_distance(controls, field.zone_margin, 0.0)
+    problems += _near(solid, "anything solid", field.d_min)
+    problems += _near(raw, "a point of the coarse model", field.d_min)
+    problems += _near(zones, "its zones' allowance", 0.0)
+    lowest = int(np.argmin(solid.bound)) if len(path) else -1
+    zone_margin = float(zones.bound.min()) if len(path) else np.inf
+    raw_clearance = float(raw.bound.min()) if len(path) else np.inf
+    return Check(
+        problems=tuple(problems),
+        pieces=len(path),
+        rows=len(rows),
+        viewpoints=len(viewpoints),
+        d_min=field.d_min,
+        clearance=float(solid.bound[lowest]) if len(path) else None,
+        piece=lowest,
+        raw_clearance=raw_clearance if np.isfinite(raw_clearance) else None,
+        zone_margin=zone_margin if np.isfinite(zone_margin) else None,
+    )
+
+
+def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
+    """Arrays of an NPZ file, without unpickling and within bounded memory."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            if sum(item.file_size for item in archive.infolist()) > MOST_ARRAY_BYTES:
+                raise PlannerError(f"{path}: unpacks to more than 4 GB; plan again")
+        with np.load(path, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except OSError as error:
+        raise PlannerError(
+            f"{path}: cannot be read ({error.strerror or error}); plan again"
+        ) from None
+    except (zipfile.BadZipFile, ValueError, KeyError, EOFError) as error:
+        raise PlannerError(f"{path}: is damaged ({error}); plan again") from None
+
+
+def _read_path(path: Path) -> tuple[FlightPath, float]:
+    """Curve and speed of ``path.json``."""
+    tree = read_json(path)
+    try:
+        if tree["format"] != "scanwright path" or tree["version"] != 1:
+            raise ValueError(f"format {tree['format']!r} version {tree['version']!r} is not known")
+        speed = float(tree["speed"])
+        if not 0.0 < speed < np.inf:
+            raise ValueError(f"speed {speed} is not positive")
+        return FlightPath.from_records(tree["pieces"], start=int(tree["start"])), speed
+    except (KeyError, TypeError, ValueError) as error:
+        what = f"{error} is missing" if isinstance(error, KeyError) else str(error).rstrip(".")
+        raise PlannerError(f"{path}: {what}; plan again") from None
+
+
+def _hash_problems(record: Path, scene: str | Path | None) -> list[str]:
+    """Whether the scene file is the one that was planned."""
+    tree = read_json(record)
+    if not isinstance(tree, dict) or not isinstance(tree.get("sha256"), str):
+        raise PlannerError(f"{record}: sha256 is missing; plan again")
+    if scene is None:
+        return []
+    try:
+        found = hashlib.sha256(Path(scene).read_bytes()).hexdigest()
+    except OSError as error:
+        raise PlannerError(f"{scene}: cannot be read ({error.strerror}); check the path") from None
+    if found == tree["sha256"]:
+        return []
+    return [f"{scene}: is not the file that was planned (its SHA-256 begins with {found[:12]})"]
+
+
+def _viewpoint_problems(
+    table: Path, path: FlightPath, viewpoints: Viewpoints, field: DistanceField
+) -> list[str]:
+    """Whether the curve passes through each viewpoint, in order."""
+    ends = np.flatnonzero(path.reached >= 0)
+    named = np.concatenate([[path.start] if path.start >= 0 else [], path.reached[ends]]).astype(
+        int
+    )
+    visited = len(np.unique(named))
+    if visited != len(viewpoints) or (visited and named.max() >= visited):
+        line = min(len(viewpoints), visited) + 2
+        return [
+            f"{table}: line {line}: has {len(viewpoints)} viewpoints where the path visits "
+            f"{visited}; a line is missing or too many"
+        ]
+    if not len(path):
+        return []
+    places = np.vstack([path.controls[:1, 0], path.controls[ends, 3]])
+    pieces = np.concatenate([[0], ends])
+    off = np.linalg.norm(places - viewpoints.positions[named], axis=1)
+    problems = []
+    for row in np.flatnonzero(off > SAME_METRES):
+        position = viewpoints.positions[named[row]]
+        clearance = float(field.signed_distance(position[None])[0])
+        problems.append(
+            f"{table}: line {named[row] + 2}: viewpoint {named[row]} is {off[row]:.3f} m off the "
+            f"path's segment {pieces[row]}; the clearance there is {clearance:.3f} m "
+            f"(d_min {field.d_min:.3f} m)"
+        )
+    return problems
+
+
+def _row_problems(
+    table: Path, path: FlightPath, viewpoints: Viewpoints, rows: Floats, speed: float
+) -> list[str]:
+    """Whether each row of ``path.csv`` is what ``path.json`` says; names the first that is not."""
+    wanted = sample_path(path, viewpoints, speed=speed)
+    both = min(len(rows), len(wanted))
+    have, want = rows[:both], wanted[:both]
+    wrong = np.abs(have[:, 0] - want[:, 0]) > SAME_SECONDS
+    wrong |= (np.abs(have[:, 1:4] - want[:, 1:4]) > SAME_METRES).any(axis=1)
+    wrong |= np.abs(circular_difference_deg(have[:, 4], want[:, 4])) > SAME_DEGREES
+    wrong |= np.abs(have[:, 5] - want[:, 5]) > SAME_DEGREES
+    wrong |= have[:, 6] != want[:, 6]
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        return [
+            f"{table}: line {row + 2}: is not what path.json gives (t {have[row, 0]:.4f} s where "
+            f"{want[row, 0]:.4f} s was expected, segment {int(want[row, 6])}); "
+            "a line is missing or changed"
+        ]
+    if len(rows) != len(wanted):
+        return [f"{table}: line {both + 2}: {len(rows)} rows where path.json gives {len(wanted)}"]
+    return []
+
+
+def _near(proof: CurveProof, what: str, needed: float) -> list[str]:
+    """One sentence for each piece that comes too near."""
+    return [
+        f"segment {piece}: comes within {distance:.3f} m of {what} "
+        f"at ({point[0]:.2f}, {point[1]:.2f}, {point[2]:.2f}); {needed:.3f} m is asked for"
+        for piece, distance, point in zip(proof.violated, proof.distance, proof.point, strict=True)
+    ]

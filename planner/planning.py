@@ -1,0 +1,258 @@
+"""From a coarse model to a certified flight: the stages, in the order of the paper's section 3."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner.airspace.airspace import Airspace, build_airspace
+from planner.airspace.candidates import candidate_positions
+from planner.config import CameraSettings, Config
+from planner.errors import PlannerError
+from planner.findings import Finding
+from planner.flight.fly import Flight, plan_flight
+from planner.route.order import Route, order_viewpoints
+from planner.scale import Scale, derive_scale
+from planner.scene.load import load_scene
+from planner.scene.scene import Scene
+from planner.surface.quality import score_quality
+from planner.surface.reconstruct import reconstruct_surface
+from planner.surface.samples import ScoredSamples, Surface
+from planner.viewpoints.camera import Camera
+from planner.viewpoints.select import Selection, select_viewpoints
+from planner.viewpoints.viewpoints import Viewpoints
+
+Listener = Callable[[str, str], None]
+Mapper = Callable[..., Any]
+
+
+class PlanStatus(StrEnum):
+    """Whether the plan does all that was asked."""
+
+    COMPLETE = "complete"
+    PARTIAL = "partial"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """A flight plan and everything that it follows from.
+
+    Parameters
+    ----------
+    config
+        Settings as given.
+    scene
+        The place.
+    scale
+        Lengths with their rules.
+    surface, samples
+        Surface, and its samples with quality.
+    airspace
+        Where the drone may be.
+    selection
+        Chosen viewpoints with what they cover, before ordering.
+    viewpoints
+        Viewpoints that are flown, in visiting order.
+    route
+        Costs of the order.
+    flight
+        The certified curve.
+    findings
+        What the reader must know.
+    timing
+        Seconds of each stage.
+
+    """
+
+    config: Config
+    scene: Scene
+    scale: Scale
+    surface: Surface
+    samples: ScoredSamples
+    airspace: Airspace
+    selection: Selection
+    viewpoints: Viewpoints
+    route: Route
+    flight: Flight
+    findings: tuple[Finding, ...]
+    timing: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def status(self) -> PlanStatus:
+        """COMPLETE unless a finding says that something asked for is not done."""
+        partial = any(finding.partial for finding in self.findings)
+        return PlanStatus.PARTIAL if partial else PlanStatus.COMPLETE
+
+    def save(self, folder: str | Path, *, overwrite: bool = False) -> None:
+        """Write the plan folder, whole or not at all, after proving the written files safe.
+
+        Raises
+        ------
+        PlannerError
+            If the folder exists, cannot be written, or the written plan fails its check.
+
+        """
+        from planner.report.folder import save_plan
+
+        save_plan(self, folder, overwrite=overwrite)
+
+
+def camera_of(settings: CameraSettings) -> Camera:
+    """Camera that the settings describe."""
+    return Camera.from_field_of_view(**settings.model_dump())
+
+
+def plan(
+    source: Scene | str | Path,
+    config: Config | None = None,
+    *,
+    map: Mapper = map,  # noqa: A002  (it is a map)
+    listener: Listener | None = None,
+) -> Plan:
+    """Plan the flight that photographs all of a scene well enough to reconstruct it.
+
+    Parameters
+    ----------
+    source
+        A scene, or the path of a cloud, mesh or city model.
+    config
+        Settings; the defaults need no lengths.
+    map
+        ``map``, or anything that looks like it, to spread independent work.
+    listener
+        Called with a stage's name and one sentence when it starts or has something to say.
+
+    Returns
+    -------
+    plan
+        COMPLETE, or PARTIAL with findings. Every curve in it is certified.
+
+    Raises
+    ------
+    PlannerError
+        If the source or a setting must be changed first.
+
+    """
+    config = Config() if config is None else config
+    clock = _Clock(listener)
+    with clock.stage("scene"):
+        scene = source if isinstance(source, Scene) else load_scene(source, config.scene)
+        clock.tell(f"{len(scene.cloud):,} points, {_size(scene.box.size)} m")
+    camera = camera_of(config.camera)
+    scale = derive_scale(scene, camera, config.scale)
+    for rule in scale.rules:
+        clock.tell(f"{rule.name} = {rule.value:.4g} {rule.unit} ({rule.because})")
+    with clock.stage("surface"):
+        surface = reconstruct_surface(
+            scene,
+            radius=scale.radius,
+            poisson_depth=scale.poisson_depth,
+            settings=config.surface,
+            normal_neighbours=config.scene.normal_neighbours,
+            seed=config.seed,
+        )
+        clock.tell(f"{len(surface.samples):,} samples on {len(surface.mesh):,} triangles")
+    with clock.stage("quality"):
+        samples = score_quality(
+            surface.samples, scene.cloud, thinned=surface.thinned, settings=config.quality
+        )
+    with clock.stage("airspace"):
+        airspace = build_airspace(
+            scene, surface.mesh, d_min=scale.d_min, d_max=scale.d_max, settings=config.airspace
+        )
+        grid = candidate_positions(
+            airspace,
+            box=scene.box,
+            voxel=scale.voxel,
+            limit=config.viewpoints.max_candidates,
+        )
+        clock.tell(f"{len(grid.positions):,} free positions, {grid.voxel:.3g} m apart")
+    _need(len(grid.positions), scene, scale, "no position is free and near enough to see the scene")
+    with clock.stage("viewpoints"):
+        selection = select_viewpoints(
+            grid.positions,
+            surface.mesh,
+            samples,
+            camera,
+            settings=config.viewpoints,
+            d_min=scale.d_min,
+            d_max=scale.d_max,
+            gsd=scale.gsd,
+            voxel=grid.voxel,
+            seed=config.seed,
+            map=map,
+            airspace=airspace,
+        )
+        clock.tell(f"{len(selection.viewpoints)} viewpoints")
+    _need(len(selection.viewpoints), scene, scale, "no free position sees any of the surface")
+    with clock.stage("route"):
+        chosen = selection.viewpoints.rounded()
+        route = order_viewpoints(chosen, settings=config.route, box=scene.box, seed=config.seed)
+        clock.tell(f"length {route.length:.0f} m, switching cost {route.cost:.3f}")
+    with clock.stage("flight"):
+        ordered = chosen.take(route.order)
+        flight = plan_flight(
+            ordered,
+            airspace,
+            settings=config.flight,
+            closed=config.route.closed,
+            seed=config.seed,
+        )
+        viewpoints = flight.viewpoints
+        clock.tell(f"{len(flight.path.controls)} certified pieces")
+    findings = (*selection.findings, *flight.findings)
+    return Plan(
+        config,
+        scene,
+        scale,
+        surface,
+        samples,
+        airspace,
+        selection,
+        viewpoints,
+        route,
+        flight,
+        findings,
+        clock.seconds,
+    )
+
+
+class _Clock:
+    """Times stages and passes on what they say."""
+
+    def __init__(self, listener: Listener | None) -> None:
+        self._listener = listener
+        self._stage = "plan"
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time one stage."""
+        self._stage = name
+        self.tell("")
+        start = time.perf_counter()
+        yield
+        self.seconds[name] = time.perf_counter() - start
+
+    def tell(self, sentence: str) -> None:
+        """Pass a sentence of the running stage to the listener."""
+        if self._listener is not None:
+            self._listener(self._stage, sentence)
+
+
+def _need(count: int, scene: Scene, scale: Scale, complaint: str) -> None:
+    """Refuse to go on with nothing."""
+    if not count:
+        raise PlannerError(
+            f"{scene.source or scene.name}: {complaint} (d_min {scale.d_min:.4g} m, "
+            f"d_max {scale.d_max:.4g} m); change scale.d_min, scale.gsd or the zones"
+        )
+
+
+def _size(size: np.ndarray) -> str:
+    return " x ".join(f"{length:.1f}" for length in size)

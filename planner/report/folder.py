@@ -1,0 +1,162 @@
+"""Write a plan: every file, then the proof that the written files are safe."""
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner.errors import PlannerError
+from planner.flight.timing import sample_path
+from planner.geometry import bezier
+from planner.missions.check import check_folder
+from planner.missions.folder import whole_folder
+from planner.missions.records import write_json, write_points
+from planner.missions.tables import write_path_table, write_viewpoints
+from planner.report.numbers import summary, versions
+from planner.report.overview import draw_overview
+
+if TYPE_CHECKING:
+    from planner.planning import Plan
+
+CURVE_POINTS = 24  # drawn on each piece
+
+
+def save_plan(plan: "Plan", folder: str | Path, *, overwrite: bool = False) -> None:
+    """Write the plan folder, whole or not at all.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+    folder
+        Folder to be made.
+    overwrite
+        Whether an earlier plan there may be replaced.
+
+    Raises
+    ------
+    PlannerError
+        If the folder cannot be made, or what was written is not proven safe when read back.
+
+    """
+    start = time.perf_counter()
+    with whole_folder(folder, overwrite=overwrite) as draft:
+        _write_numbers(plan, draft)
+        _write_flight(plan, draft)
+        _write_samples(plan, draft)
+        _draw(plan, draft)
+        proof = check_folder(draft)
+        if not proof.ok:
+            raise PlannerError(
+                f"{folder}: not written, since its check failed ({proof.problems[0]}); "
+                "please report this with the scene"
+            )
+        timing = {**plan.timing, "write_and_check": time.perf_counter() - start}
+        write_json(
+            draft / "report.json", {**summary(plan), "check": proof.to_dict(), "timing": timing}
+        )
+
+
+def _write_numbers(plan: "Plan", draft: Path) -> None:
+    """Settings, place in the world, and airspace."""
+    made_with = ", ".join(f"{name} {number}" for name, number in versions().items())
+    derived = "".join(
+        f"# {rule.name} = {rule.value!r} {rule.unit}: {rule.because}\n" for rule in plan.scale.rules
+    )
+    (draft / "config.toml").write_text(
+        f"# Planned with {made_with}.\n# Lengths that follow when they are not set:\n{derived}\n"
+        + plan.config.to_toml(),
+        encoding="utf-8",
+    )
+    frame = plan.scene.frame
+    turn = frame.local_from_source
+    write_json(
+        draft / "scene.json",
+        {
+            "name": plan.scene.name,
+            "source": plan.scene.source,
+            "sha256": plan.scene.sha256,
+            "origin": frame.origin.tolist(),
+            "crs": frame.crs,
+            "vertical_datum": frame.vertical_datum,
+            "unit_metres": frame.unit_metres,
+            "up_axis": "z",
+            "local_from_source": None if turn is None else turn.tolist(),
+        },
+    )
+    with (draft / "airspace.npz").open("wb") as stream:
+        np.savez_compressed(stream, **plan.airspace.to_arrays())
+
+
+def _write_flight(plan: "Plan", draft: Path) -> None:
+    """Viewpoints and the curve."""
+    path, speed = plan.flight.path, plan.config.flight.speed
+    write_viewpoints(draft / "viewpoints.csv", plan.viewpoints)
+    write_json(
+        draft / "path.json",
+        {
+            "format": "scanwright path",
+            "version": 1,
+            "speed": speed,
+            "d_min": plan.scale.d_min,
+            "start": path.start,
+            "pieces": path.to_records(),
+        },
+    )
+    write_path_table(draft / "path.csv", sample_path(path, plan.viewpoints, speed=speed))
+
+
+def _write_samples(plan: "Plan", draft: Path) -> None:
+    """Samples with quality and reason, coloured by quality."""
+    samples, selection = plan.samples, plan.selection
+    import matplotlib as mpl
+
+    colours = (255.0 * mpl.colormaps["RdYlGn"](samples.quality)[:, :3]).round().astype(np.uint8)
+    reasons = "; ".join(f"{code} {name}" for code, name in enumerate(selection.reasons))
+    write_points(
+        draft / "samples.ply",
+        samples.xyz,
+        normals=samples.normals,
+        colours=colours,
+        numbers={
+            "quality": samples.quality,
+            "completeness": samples.completeness,
+            "smoothness": samples.smoothness,
+            "cluster": samples.cluster,
+            "hits": selection.hits,
+            "sectors": selection.sectors,
+            "reason": selection.reason.astype(np.int64),
+        },
+        comments=(f"local metres, z up; reason: {reasons}",),
+    )
+
+
+def _draw(plan: "Plan", draft: Path) -> None:
+    """Draw the overview."""
+    from scipy.spatial import cKDTree
+
+    samples, path = plan.samples, plan.flight.path
+    near = np.asarray(cKDTree(samples.xyz).query(plan.surface.thinned.xyz)[1])
+    parameter = np.linspace(0.0, 1.0, CURVE_POINTS)
+    curve = bezier.evaluate(
+        path.controls[:, None], np.broadcast_to(parameter, (len(path), CURVE_POINTS))
+    )
+    numbers: dict[str, Any] = summary(plan)
+    flown = numbers["path"]
+    reasons = ", ".join(
+        f"{name} {count}" for name, count in numbers["viewpoints"]["reasons"].items() if count
+    )
+    draw_overview(
+        draft / "overview.png",
+        title=f"{plan.scene.name}: {len(plan.viewpoints)} viewpoints, {flown['length']:.0f} m, "
+        f"{flown['duration'] / 60.0:.1f} min",
+        points=np.vstack([plan.surface.thinned.xyz, samples.xyz]),
+        quality=np.concatenate([samples.quality[near], samples.quality]),
+        radius=samples.radius,
+        viewpoints=plan.viewpoints,
+        curve=curve.reshape(-1, 3),
+        repaired=np.repeat(path.repaired, CURVE_POINTS),
+        caption=f"proven to stay {flown['certified_clearance']:.2f} m from everything solid "
+        f"(asked: {plan.scale.d_min:.2f} m); samples: {reasons}",
+    )

@@ -1,0 +1,135 @@
+"""Every number of a plan, as plain values for ``report.json``."""
+
+import math
+from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner.flight.timing import sample_path
+
+if TYPE_CHECKING:
+    from planner.planning import Plan
+    from solvers import Result
+
+PACKAGES = ("scanwright", "numpy", "scipy", "numba", "open3d", "open3d-cpu", "cvxpy", "highspy")
+PACKAGES += ("ortools", "ompl", "python-fcl", "networkx", "laspy", "trimesh", "pyproj")
+
+
+def versions() -> dict[str, str]:
+    """Installed versions of this package and of those that its results depend on."""
+    found: dict[str, str] = {}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def summary(plan: "Plan") -> dict[str, Any]:
+    """Numbers of a plan, metres, seconds and degrees; the same for the same seed.
+
+    Parameters
+    ----------
+    plan
+        A finished plan.
+
+    Returns
+    -------
+    numbers
+        Nested dicts of plain values, without times and without NaN or infinity.
+
+    """
+    path, route, selection = plan.flight.path, plan.route, plan.selection
+    smallest = int(np.argmin(path.clearance)) if len(path) else -1
+    speed = plan.config.flight.speed
+    rows = sample_path(path, plan.viewpoints, speed=speed)
+    return {
+        "name": plan.scene.name,
+        "status": str(plan.status),
+        "seed": plan.config.seed,
+        "versions": versions(),
+        "source": {
+            "file": plan.scene.source,
+            "sha256": plan.scene.sha256,
+            "points": len(plan.scene.cloud),
+            "box": [float(length) for length in plan.scene.box.size],
+            "notes": list(plan.scene.notes),
+        },
+        "scale": [
+            {"name": rule.name, "value": rule.value, "unit": rule.unit, "because": rule.because}
+            for rule in plan.scale.rules
+        ],
+        "surface": {
+            "triangles": len(plan.surface.mesh),
+            "samples": len(plan.samples),
+            "clusters": int(plan.samples.cluster.max()) + 1 if len(plan.samples) else 0,
+            "quality_percentiles": {
+                str(percent): float(np.percentile(plan.samples.quality, percent))
+                for percent in (5, 25, 50, 75, 95)
+            },
+        },
+        "viewpoints": {
+            "count": len(plan.viewpoints),
+            "selected": len(selection.viewpoints),
+            "kinds": {
+                kind: plan.viewpoints.kind.count(kind) for kind in sorted(set(plan.viewpoints.kind))
+            },
+            "mean_hits": float(selection.hits.mean()),
+            "reasons": selection.reason_counts(),
+            "solvers": [_solver(result) for result in selection.results],
+        },
+        "route": {
+            "switching_cost": route.cost,
+            "chord_length": route.length,
+            "yaw_change_deg": route.yaw_change_deg,
+            "pitch_change_deg": route.pitch_change_deg,
+            "solver": _solver(route.result) if route.result is not None else None,
+        },
+        "path": {
+            "pieces": len(path),
+            "legs": int(path.leg[-1]) + 1 if len(path) else 0,
+            "repaired_legs": len(np.unique(path.leg[path.repaired])),
+            "dropped_viewpoints": len(selection.viewpoints) - len(plan.viewpoints),
+            "length": path.length,
+            "speed": speed,
+            "duration": float(rows[-1, 0]) if len(rows) else 0.0,
+            "certified_clearance": float(path.clearance[smallest]) if len(path) else None,
+            "smallest_clearance_piece": smallest,
+            "certified_zone_margin": _finite(float(path.zone_margin.min())) if len(path) else None,
+        },
+        "airspace": {
+            "d_min": plan.scale.d_min,
+            "d_max": plan.scale.d_max,
+            "zones": len(plan.config.airspace.zones),
+            "ceiling": plan.config.airspace.ceiling,
+        },
+        "findings": [
+            {
+                "stage": finding.stage,
+                "code": finding.code,
+                "message": finding.message,
+                "number": finding.number,
+                "partial": finding.partial,
+            }
+            for finding in plan.findings
+        ],
+    }
+
+
+def _solver(result: "Result[Any]") -> dict[str, Any]:
+    """What a solver reached and what it proved; no seconds, which differ from run to run."""
+    return {
+        "name": result.solver,
+        "status": str(result.status),
+        "stop_reason": str(result.stop_reason),
+        "cost": _finite(result.cost),
+        "bound": _finite(result.bound),
+        "gap": _finite(result.gap),
+        "iterations": result.iterations,
+    }
+
+
+def _finite(value: float | None) -> float | None:
+    return float(value) if value is not None and math.isfinite(value) else None
