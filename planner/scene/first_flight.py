@@ -117,12 +117,12 @@ def fly_first(
     targets, owner = _targets(lines, spacing, rng)
     ray = targets - cameras[owner]
     ray /= np.linalg.norm(ray, axis=1, keepdims=True)
-    distance, triangle = _first_hits(scene, cameras[owner], ray)
+    hit, triangle = _first_hits(scene, cameras[owner], ray)
     cosine = -(ray * normals[triangle]).sum(axis=1)
-    good = np.isfinite(distance) & (cosine > np.cos(np.radians(flight.max_incidence_deg)))
-    ray, distance, triangle, cosine, owner = (
-        values[good] for values in (ray, distance, triangle, cosine, owner)
-    )
+    good = hit & (cosine > np.cos(np.radians(flight.max_incidence_deg)))
+    ray, triangle, cosine, owner = (values[good] for values in (ray, triangle, cosine, owner))
+    corner = mesh.vertices[mesh.triangles[triangle, 0]]  # float32 hits are off by millimetres
+    distance = ((cameras[owner] - corner) * normals[triangle]).sum(axis=1) / cosine
     surface = cameras[owner] + distance[:, None] * ray
     kept = _seen_enough(scene, surface, normals[triangle], owner, lines=lines, flight=flight)
 
@@ -207,12 +207,12 @@ def _targets(lines: _Lines, spacing: float, rng: np.random.Generator) -> tuple[F
     return np.column_stack([flat, np.full(len(flat), lines.bottom)]), np.concatenate(owner)
 
 
-def _first_hits(scene: Any, origins: Floats, rays: Floats) -> tuple[Floats, Ints]:
-    """Distance of each ray's first hit, inf without one, and its triangle, 0 without one."""
+def _first_hits(scene: Any, origins: Floats, rays: Floats) -> tuple[Bools, Ints]:
+    """Tell which rays hit something, and the triangle of each one's first hit, 0 without one."""
     answer = scene.cast_rays(np.column_stack([origins, rays]).astype(np.float32))
-    distance = answer["t_hit"].numpy().astype(np.float64)
+    hit: Bools = np.isfinite(answer["t_hit"].numpy())
     triangle = answer["primitive_ids"].numpy().astype(np.int64)
-    return distance, np.where(np.isfinite(distance), triangle, 0)
+    return hit, np.where(hit, triangle, 0)
 
 
 def _seen_enough(

@@ -132,7 +132,7 @@ def synthetic_block(
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0,)))
     drawn_size = (float(rng.uniform(60.0, 150.0)), float(rng.uniform(50.0, 110.0)))
     width, depth = drawn_size if size is None else size
-    if not 40.0 <= min(width, depth) <= max(width, depth) <= 2000.0:
+    if not (40.0 <= width <= 2000.0 and 40.0 <= depth <= 2000.0):
         raise ValueError(f"size must be 40 to 2000 m each way, got {size}.")
     if not 3.0 <= heights[0] <= heights[1] < np.inf:
         raise ValueError(f"heights must rise from 3 m or more, got {heights}.")

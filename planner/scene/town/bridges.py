@@ -43,7 +43,8 @@ def skybridge(
         for one in buildings
         if one.body is not None and not one.body.slanting and one.body_top >= LOWEST_WALL
     ]
-    spots = [spot for street in layout.streets for spot in _spots(street, walls)]
+    widest = float(rng.uniform(1.5, 3.5))
+    spots = [spot for street in layout.streets for spot in _spots(street, walls, widest)]
     if not spots:
         return None
     deck, roof = spots[int(rng.integers(len(spots)))]
@@ -54,7 +55,7 @@ def skybridge(
     return Bridge(tuple(_deck(deck, floor)), deck)
 
 
-def _spots(street: Rect, walls: list[_Wall]) -> Iterator[tuple[Footprint, float]]:
+def _spots(street: Rect, walls: list[_Wall], widest: float) -> Iterator[tuple[Footprint, float]]:
     """Decks from a wall on one side of a street to one on the other, and the lower wall's top."""
     along_y = street.depth > street.width  # the street runs along y, the bridge along x
     turned = [
@@ -69,7 +70,7 @@ def _spots(street: Rect, walls: list[_Wall]) -> Iterator[tuple[Footprint, float]
             continue
         start, end = float(p.bounds[1, 0]), float(q.bounds[0, 0])
         x, y = 0.5 * (start + end), 0.5 * float(low + high)
-        half, wide = 0.5 * (end - start) + 0.3, min(0.5 * float(high - low) - 0.5, 1.8)
+        half, wide = 0.5 * (end - start) + 0.3, min(0.5 * float(high - low) - 0.5, widest)
         deck = Footprint(x, y, half, wide) if along_y else Footprint(y, x, half, wide, np.pi / 2)
         yield deck, min(p.top, q.top)
 
@@ -84,20 +85,25 @@ def _deck(deck: Footprint, floor: float) -> list[Solid]:
 
 
 def footbridge(street: Rect, relief: Relief, rng: np.random.Generator) -> Bridge:
-    """Deck on two piers across a street, 4.5 to 6 m above it."""
+    """Deck of 2.6 to 6 m width on two piers across a street, 4.5 to 6 m above it."""
     along_y = street.depth > street.width
     long, wide = max(street.depth, street.width), min(street.depth, street.width)
     shift = float(rng.uniform(-0.3, 0.3)) * long
     x, y = 0.5 * (street.x0 + street.x1), 0.5 * (street.y0 + street.y1)
+    half = float(rng.uniform(1.3, 3.0))
     deck = (
-        Footprint(x, y + shift, 0.5 * wide - 0.3, 1.4)
+        Footprint(x, y + shift, 0.5 * wide - 0.3, half)
         if along_y
-        else Footprint(x + shift, y, 0.5 * wide - 0.3, 1.4, 0.5 * np.pi)
+        else Footprint(x + shift, y, 0.5 * wide - 0.3, half, 0.5 * np.pi)
     )
     ground = relief.height(np.array([deck.at(u * deck.u, 0.0) for u in (-1, 0, 1)]))
     floor = float(ground.max() + rng.uniform(4.5, 6.0))
     piers = [
-        box(deck.part((u, u + 1.0), (-1.0, 1.0)), float(ground.min()) - 1.0, floor + 0.2)
+        box(
+            deck.part((u, u + 1.0), (-0.8 * half, 0.8 * half)),
+            float(ground.min()) - 1.0,
+            floor + 0.2,
+        )
         for u in (-deck.u, deck.u - 1.0)
     ]
     return Bridge((*_deck(deck, floor), *piers), deck)
