@@ -86,7 +86,8 @@ def _write_numbers(plan: "Plan", draft: Path) -> None:
         },
     )
     with (draft / "airspace.npz").open("wb") as stream:
-        np.savez_compressed(stream, **plan.airspace.to_arrays())
+        arrays: dict[str, Any] = plan.airspace.to_arrays()
+        np.savez_compressed(stream, **arrays)
 
 
 def _write_flight(plan: "Plan", draft: Path) -> None:

@@ -12,8 +12,23 @@ if TYPE_CHECKING:
     from planner.planning import Plan
     from solvers import Result
 
-PACKAGES = ("scanwright", "numpy", "scipy", "numba", "open3d", "open3d-cpu", "cvxpy", "highspy")
-PACKAGES += ("ortools", "ompl", "python-fcl", "networkx", "laspy", "trimesh", "pyproj")
+PACKAGES: tuple[str, ...] = (
+    "scanwright",
+    "numpy",
+    "scipy",
+    "numba",
+    "open3d",
+    "open3d-cpu",
+    "cvxpy",
+    "highspy",
+    "ortools",
+    "ompl",
+    "python-fcl",
+    "networkx",
+    "laspy",
+    "trimesh",
+    "pyproj",
+)
 
 
 def versions() -> dict[str, str]:
