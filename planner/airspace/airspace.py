@@ -1,14 +1,17 @@
 """Where a drone may fly: clearance to solids, margin to zones, and proofs along edges."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.airspace.collision import Triangles
 from planner.airspace.obstacles import Points
 from planner.airspace.occupancy import Occupancy, occupancy
+from planner.airspace.storage import StoredAirspace, read_arrays, write_arrays
 from planner.airspace.terrain import Terrain, terrain
 from planner.airspace.zones import Zones, zones
 from planner.config import AirspaceSettings
@@ -76,6 +79,73 @@ class Airspace:
         """Fields only: each process builds its own search structures."""
         return {name: vars(self)[name] for name in self.__dataclass_fields__}
 
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Plain arrays that :meth:`from_arrays` and ``numpy.savez`` understand; no objects."""
+        return write_arrays(
+            StoredAirspace(
+                mesh=self.mesh,
+                parts=self.parts,
+                obstacles=self.obstacles,
+                ground=self.ground,
+                zones=self.zones,
+                d_min=self.d_min,
+                d_max=self.d_max,
+                low=self.low,
+                high=self.high,
+                under_roofs=self.occupancy.under_roofs,
+                most_cells=self.occupancy.most_cells,
+            )
+        )
+
+    @classmethod
+    def from_arrays(
+        cls, arrays: Mapping[str, NDArray[Any]], *, name: str = "airspace.npz"
+    ) -> "Airspace":
+        """Build the airspace again from arrays that may come from anywhere.
+
+        The occupancy grid is flooded anew from the surface, the terrain and the points.
+
+        Parameters
+        ----------
+        arrays
+            As :meth:`to_arrays` makes them.
+        name
+            What the file is called in complaints.
+
+        Returns
+        -------
+        airspace
+            Equal in every answer to the one that was stored.
+
+        Raises
+        ------
+        PlannerError
+            If anything is missing or cannot be.
+
+        """
+        stored = read_arrays(arrays, name=name)
+        surface = Mesh(stored.mesh.vertices, stored.mesh.triangles[: stored.parts[0]])
+        grid, _ = occupancy(
+            surface,
+            terrain(stored.ground),
+            stored.obstacles,
+            d_min=stored.d_min,
+            under_roofs=stored.under_roofs,
+            most_cells=stored.most_cells,
+        )
+        return cls(
+            mesh=stored.mesh,
+            parts=stored.parts,
+            obstacles=stored.obstacles,
+            ground=stored.ground,
+            zones=stored.zones,
+            occupancy=grid,
+            d_min=stored.d_min,
+            d_max=stored.d_max,
+            low=stored.low,
+            high=stored.high,
+        )
+
     @property
     def bounds(self) -> tuple[Floats, Floats]:
         """Lowest and highest corner of the space in which flight is considered, each (3,)."""
@@ -119,10 +189,31 @@ class Airspace:
         finite = np.isfinite(points).all(axis=1)
         at = points[finite]
         if len(at):
-            surface, obstacle = self._triangles.distance(at), self._points.distance(at)
-            outside = self._is_outside(at, np.minimum(surface, obstacle))
-            clearance[finite] = np.minimum(np.where(outside, surface, -surface), obstacle)
+            surface, obstacle, side = self._measure(at)
+            for row in np.flatnonzero(side == 0):  # few: only beside surfaces
+                side[row] = 1 if self._walk_reaches_sky(at[row]) else -1
+            clearance[finite] = np.minimum(side * surface, obstacle)
         return clearance
+
+    def clearance_range(self, points: Floats) -> tuple[Floats, Floats]:
+        """Bounds of the clearance of finite points, cheap: the side is not sought near surfaces.
+
+        Parameters
+        ----------
+        points
+            Shape (m, 3), metres, local frame.
+
+        Returns
+        -------
+        lowest, highest
+            Each (m,), metres. They are equal except close to surfaces, never where the
+            clearance is ``d_min`` or more.
+
+        """
+        surface, obstacle, side = self._measure(points)
+        lowest = np.minimum(np.where(side > 0, surface, -surface), obstacle)
+        highest = np.minimum(np.where(side < 0, -surface, surface), obstacle)
+        return lowest, highest
 
     def zone_margin(self, points: Floats) -> Floats:
         """Signed margin of points, (m, 3), to zones, metres; negative is forbidden.
@@ -188,30 +279,29 @@ class Airspace:
             bool(self._in_bounds(np.stack([a, b])).all())
             and self.zone_margin_at_least(a, b, 0.0)
             and self.capsule_clearance_at_least(a, b, self.d_min)
-            and bool(self._is_outside(a[None], np.array([self.d_min]))[0])
+            and bool(self._is_sky(a[None])[0] or self._walk_reaches_sky(a))
         )
 
     def _in_bounds(self, points: Floats, *, margin: float = 0.0) -> Bools:
         inside = (points >= self.low - margin) & (points <= self.high + margin)
         return np.asarray(inside.all(axis=1))  # not a number is in no bounds
 
-    def _is_outside(self, points: Floats, distance: Floats) -> Bools:
-        """Tell on which side of the surfaces points are; what cannot be proven open is solid.
+    def _measure(self, points: Floats) -> tuple[Floats, Floats, Ints]:
+        """Distance to surfaces and to obstacles; side: 1 outside, -1 inside, 0 not known yet.
 
-        ``distance`` is a lower bound of that to the nearest surface or obstacle. A point farther
-        away than the grid blurs things is in a sky cell, or in a hollow.
+        A point farther from both than the grid blurs things is in a sky cell, or in a hollow.
         """
-        outside, doubtful = self._is_sky(points)
-        doubtful &= distance <= self.occupancy.blur
-        for row in np.flatnonzero(doubtful):  # few: only beside surfaces
-            outside[row] = self._walk_reaches_sky(points[row])
-        return outside
+        surface, obstacle = self._triangles.distance(points), self._points.distance(points)
+        side = np.where(self._is_sky(points), 1, -1)
+        side[(side < 0) & (np.minimum(surface, obstacle) <= self.occupancy.blur)] = 0
+        return surface, obstacle, side
 
-    def _is_sky(self, points: Floats) -> tuple[Bools, Bools]:
-        """Which points are proven outside, and which are in doubt."""
+    def _is_sky(self, points: Floats) -> Bools:
+        """Tell which points are proven outside by the grid alone, or by the terrain beyond it."""
         sky, in_grid = self.occupancy.is_sky(points)
-        sky |= ~in_grid & (points[:, 2] > self.terrain.height(points))
-        return sky, in_grid & ~sky
+        if in_grid.all():
+            return sky
+        return sky | (~in_grid & (points[:, 2] > self.terrain.height(points)))
 
     def _walk_reaches_sky(self, point: Floats) -> bool:
         """Step away from the nearest surface until in a sky cell; no step crosses a surface."""
@@ -220,7 +310,7 @@ class Airspace:
             if distance <= 0.0:
                 return False
             point = point + 0.999 * (point - nearest)
-            if self._is_sky(point[None])[0][0]:
+            if self._is_sky(point[None])[0]:
                 return True
         return False
 

@@ -9,6 +9,7 @@ from planner.geometry.arrays import Floats, Ints, read_only
 from planner.scene.scene import Box
 
 _MOST_VOXELS = 4_000_000  # in the whole box, free or not
+_FIRST_LOOK = 20_000  # voxels of the coarse lattice that the free volume is guessed from
 _LEVELS = 3  # blocks of 8 x 8 x 8 voxels are decided at once where possible
 
 
@@ -64,6 +65,10 @@ def candidate_positions(airspace: Airspace, *, box: Box, voxel: float, limit: in
     if not voxel > 0.0 or limit < 1:
         raise ValueError(f"voxel and limit must be positive, got {voxel} and {limit}.")
     size = box.size + 2.0 * airspace.d_max
+    coarse = float(np.cbrt(np.prod(size) / _FIRST_LOOK))
+    if coarse > voxel:  # guess the free volume first, rather than count what will not be kept
+        volume = len(_free_centres(airspace, box, size, coarse)) * coarse**3
+        voxel = max(voxel, 0.9 * float(np.cbrt(volume / limit)))
     voxel = max(voxel, float(np.cbrt(np.prod(size) / max(_MOST_VOXELS, limit))))
     while True:
         positions = _free_centres(airspace, box, size, voxel)
@@ -85,10 +90,10 @@ def _free_centres(airspace: Airspace, box: Box, size: Floats, voxel: float) -> F
     blocks = _lattice(-(-shape // width)) * width
     while len(blocks):
         local = corner + (blocks + 0.5 * width) * voxel
-        clearance = airspace.clearance(box.centre + local @ box.axes)
+        low, high = airspace.clearance_range(box.centre + local @ box.axes)
         radius = 0.5 * np.sqrt(3.0) * (width - 1) * voxel  # to the outermost centres
-        some = (clearance + radius >= airspace.d_min) & (clearance - radius <= airspace.d_max)
-        every = (clearance - radius >= airspace.d_min) & (clearance + radius <= airspace.d_max)
+        some = (high + radius >= airspace.d_min) & (low - radius <= airspace.d_max)
+        every = (low - radius >= airspace.d_min) & (high + radius <= airspace.d_max)
         found.append(_voxels(blocks[every], width))
         blocks, width = blocks[some & ~every], width // 2
         blocks = _split(blocks, width) if width else blocks[:0]

@@ -4,6 +4,7 @@ A bounding volume hierarchy is hollow to FCL: what lies deep inside of a buildin
 So everything here is unsigned; :mod:`planner.airspace.occupancy` knows the side.
 """
 
+import math
 from typing import Any
 
 import numpy as np
@@ -73,8 +74,14 @@ class Triangles:
 
 def _along(axis: Floats) -> Floats:
     """Rotation, shape (3, 3), that turns z to the unit vector ``axis``."""
-    least = np.zeros(3)
-    least[np.argmin(np.abs(axis))] = 1.0
-    x = np.cross(least, axis)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(axis, x), axis])
+    x, y, z = axis.tolist()
+    sign = math.copysign(1.0, z)  # basis without a branch near the poles, doi:10.1145/3283254
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    return np.array(
+        [
+            [1.0 + sign * x * x * a, b, x],
+            [sign * b, sign + y * y * a, y],
+            [-sign * x, -y, z],
+        ]
+    )

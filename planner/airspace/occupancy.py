@@ -34,6 +34,8 @@ class Occupancy:
     reach
         Cells by which surfaces were thickened, which closes holes narrower than
         ``2 * reach + 1`` cells.
+    under_roofs, most_cells
+        How the grid was made.
 
     """
 
@@ -42,6 +44,8 @@ class Occupancy:
     origin: Floats
     cell: float
     reach: int
+    under_roofs: bool
+    most_cells: int
 
     def __post_init__(self) -> None:
         nx, ny, nz = self.shape
@@ -136,7 +140,8 @@ def occupancy(
     kernels.close_near(flags, reach)
     kernels.flood(flags)
     bits = np.packbits(flags & kernels.SKY, axis=2, bitorder="little")
-    return Occupancy(bits, (shape[0], shape[1], shape[2]), origin, cell, reach), curtains
+    size = (shape[0], shape[1], shape[2])
+    return Occupancy(bits, size, origin, cell, reach, under_roofs, most_cells), curtains
 
 
 def _extent(surface: Mesh, ground: Terrain, points: Floats) -> Floats:
