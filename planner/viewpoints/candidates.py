@@ -7,11 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.geometry.angles import yaw_pitch
-from planner.geometry.arrays import Floats, Ints
+from planner.geometry.arrays import Bools, Floats, Ints
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
+from planner.viewpoints.demand import Demand
 from planner.viewpoints.frustum import camera_axes, in_frustum, picture_bounds
-from planner.viewpoints.pairs import VisiblePairs
+from planner.viewpoints.pairs import VisiblePairs, count_sectors
 from planner.viewpoints.viewpoints import Viewpoints
 
 _WEIGHT_UNITS = 2.0**30  # of the heaviest sample
@@ -134,9 +135,9 @@ def generate_candidates(
 
 
 def add_direct_aims(
-    candidates: Candidates, samples: SurfaceSamples, camera: Camera, want: Ints
+    candidates: Candidates, samples: SurfaceSamples, camera: Camera, demand: Demand
 ) -> Candidates:
-    """Aim straight at the samples that too few candidates hold but more positions could.
+    """Aim straight at samples whose demand the candidates miss though the positions allow it.
 
     Parameters
     ----------
@@ -144,27 +145,23 @@ def add_direct_aims(
         What there is.
     samples, camera
         As in :func:`generate_candidates`.
-    want
-        From how many positions each sample should be held, where the positions allow,
-        shape (S,).
+    demand
+        From how many places and sectors each sample is wanted, where the positions allow.
 
     Returns
     -------
     candidates
-        The same with poses added at the end; the closest to the normal come first.
+        The same with poses added at the end, the most frontal ones first.
 
     """
     pairs = candidates.pairs
     held = np.zeros(len(pairs), dtype=np.bool_)
     held[candidates.pair] = True
-    have = np.bincount(pairs.sample[held], minlength=len(samples))
-    short = have < np.minimum(want, pairs.available)
-    spare = np.flatnonzero(short[pairs.sample] & ~held)
+    reachable = demand.clipped(pairs.available, pairs.sides)
+    frontal = _most_frontal(pairs, held, reachable.hits)
+    spare = np.union1d(frontal, _new_sides(pairs, held, reachable.sectors))
     if not len(spare):
         return candidates
-    spare = spare[np.lexsort((spare, -pairs.cosine[spare], pairs.sample[spare]))]
-    first = np.searchsorted(pairs.sample[spare], pairs.sample[spare])
-    spare = spare[np.arange(len(spare)) - first < (want - have)[pairs.sample[spare]]]
     owner = np.searchsorted(pairs.indptr, spare, side="right") - 1
     yaw, pitch = direct_aim(candidates.positions[owner], samples.xyz[pairs.sample[spare]], camera)
     rows = []
@@ -181,6 +178,24 @@ def add_direct_aims(
         np.concatenate([candidates.indptr, candidates.indptr[-1] + np.cumsum([*map(len, rows)])]),
         np.concatenate([candidates.pair, *rows]),
     )
+
+
+def _most_frontal(pairs: VisiblePairs, held: Bools, want: Ints) -> Ints:
+    """Unheld pairs to hold so that each sample is held from as many places as wanted."""
+    lack = want - np.bincount(pairs.sample[held], minlength=len(want))
+    spare = np.flatnonzero((lack > 0)[pairs.sample] & ~held)
+    spare = spare[np.lexsort((spare, -pairs.cosine[spare], pairs.sample[spare]))]
+    rank = np.arange(len(spare)) - np.searchsorted(pairs.sample[spare], pairs.sample[spare])
+    return spare[rank < lack[pairs.sample[spare]]]
+
+
+def _new_sides(pairs: VisiblePairs, held: Bools, want: Ints) -> Ints:
+    """The most frontal unheld pair of each new side of samples that lack sides."""
+    lack = want - count_sectors(pairs.sample[held], pairs.sector[held], len(want))
+    spare = np.flatnonzero((lack > 0)[pairs.sample] & ~held)
+    side = pairs.sample[spare].astype(np.int64) * 256 + pairs.sector[spare]
+    order = np.lexsort((spare, -pairs.cosine[spare], side))
+    return spare[order][np.unique(side[order], return_index=True)[1]]
 
 
 def direct_aim(positions: Floats, points: Floats, camera: Camera) -> tuple[Floats, Floats]:

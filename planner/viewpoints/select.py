@@ -14,7 +14,8 @@ from planner.scene.cloud import Mesh
 from planner.surface.samples import ScoredSamples
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.candidates import Candidates
-from planner.viewpoints.cover import complete_cover, cover_candidates, photo_prices
+from planner.viewpoints.completion import complete_cover
+from planner.viewpoints.cover import cover_candidates, photo_prices
 from planner.viewpoints.demand import Demand, view_demand
 from planner.viewpoints.pairs import visible_pairs
 from planner.viewpoints.paper import paper_viewpoints
@@ -25,6 +26,8 @@ from planner.viewpoints.viewpoints import Viewpoints
 from planner.viewpoints.visibility import count_views
 from solvers import Result, Stop, solve
 from solvers.cover import CoverProblem
+
+_SCARCE = 2  # times its demand: a sample that fewer places see
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,11 +128,11 @@ def select_viewpoints(
     caster = RayCaster(mesh)
     rule = SightRule.of(camera, settings, d_min=d_min, d_max=d_max, gsd=gsd)
     pairs = visible_pairs(positions, samples, caster, rule)
-    findings: tuple[Finding, ...] = ()
     results: tuple[Result[Ints], ...] = ()
     if settings.preset == "paper":
         wanted = np.full(len(samples), settings.marks)
         demand = Demand(wanted, np.zeros_like(wanted))
+        reachable = demand.clipped(pairs.available, pairs.sides)
         viewpoints = paper_viewpoints(
             positions,
             samples,
@@ -143,15 +146,15 @@ def select_viewpoints(
         )
     else:
         demand = view_demand(samples.quality, settings)
+        reachable = demand.clipped(pairs.available, pairs.sides)
         candidates = cover_candidates(
             positions, pairs, samples, camera, demand=demand, settings=settings
         )
         prices = photo_prices(candidates, settings=settings, d_min=d_min, d_max=d_max)
-        chosen, results, findings = _cover(candidates, demand, prices, settings, seed)
+        chosen, results = _cover(candidates, reachable, prices, settings, seed)
         viewpoints = candidates.viewpoints(chosen, samples, kind="cover")
     seen = count_views(viewpoints, samples, caster, camera, rule)
     reason = explain(seen.hits, seen.sectors, demand, pairs.stages)
-    reachable = demand.clipped(pairs.available, pairs.sides)
     asked = settings.preset == "cover"  # marks are what preset `paper` promises
     unmet = _unmet(reason, seen.hits, seen.sectors, reachable, asked=asked)
     return Selection(
@@ -163,7 +166,7 @@ def select_viewpoints(
         pairs.stages,
         reason,
         results,
-        (*findings, *unmet),
+        unmet,
     )
 
 
@@ -188,14 +191,13 @@ def reassess(
     reason = explain(seen.hits, seen.sectors, selection.demand, selection.stages)
     asked = settings.preset == "cover"
     unmet = _unmet(reason, seen.hits, seen.sectors, selection.reachable, asked=asked)
-    kept = (note for note in selection.findings if not note.code.startswith("samples-"))
     return replace(
         selection,
         viewpoints=viewpoints,
         hits=seen.hits,
         sectors=seen.sectors,
         reason=reason,
-        findings=(*kept, *unmet),
+        findings=unmet,
     )
 
 
@@ -205,30 +207,37 @@ def _cover(
     prices: Floats,
     settings: ViewpointSettings,
     seed: int,
-) -> tuple[Ints, tuple[Result[Ints], ...], tuple[Finding, ...]]:
-    """Solve the cover with one photo a place, or with several where that leads nowhere."""
+) -> tuple[Ints, tuple[Result[Ints], ...]]:
+    """Solve the cover; without the rule of one photo a place where that leads nowhere.
+
+    Photos from one place share no parallax, but the solver counts them as several hits; what
+    that leaves open is filled in afterwards.
+    """
     stop = Stop(iterations=settings.iterations)
-    result = solve(
-        _problem(candidates, demand, prices, _shared_places(candidates)),
-        settings.solver,
-        seed=seed,
-        stop=stop,
-    )
-    if result.solution is not None:
-        return result.solution, (result,), ()
-    relaxed = solve(_problem(candidates, demand, prices, []), settings.solver, seed=seed, stop=stop)
-    chosen = np.empty(0, dtype=np.int64) if relaxed.solution is None else relaxed.solution
-    chosen = complete_cover(candidates, chosen, demand=demand, prices=prices)
-    note = "one photo a place left samples uncovered, so some places have several"
-    finding = Finding("viewpoints", "several-photos-a-place", note, float(len(chosen)), False)
-    return chosen, (result, relaxed), (finding,)
+    results: list[Result[Ints]] = []
+    for conflicts in (_shared_places(candidates, demand), []):
+        problem = _problem(candidates, demand, prices, conflicts)
+        results.append(solve(problem, settings.solver, seed=seed, stop=stop))
+        if results[-1].solution is not None:
+            break
+    chosen = results[-1].solution
+    chosen = np.empty(0, dtype=np.int64) if chosen is None else chosen
+    return complete_cover(candidates, chosen, demand=demand, prices=prices), tuple(results)
 
 
-def _shared_places(candidates: Candidates) -> list[Ints]:
-    """Rows of the candidates of each place that has several."""
+def _shared_places(candidates: Candidates, demand: Demand) -> list[Ints]:
+    """Candidates of one place each, of which one photo is enough.
+
+    Places that see a scarce sample are left out: they may have to look several ways.
+    """
+    pairs = candidates.pairs
+    scarce = pairs.available < _SCARCE * demand.hits
+    busy = np.zeros(len(candidates.positions), dtype=np.bool_)
+    busy[pairs.position[scarce[pairs.sample]]] = True
     order = np.argsort(candidates.owner, kind="stable")
     starts = np.flatnonzero(np.diff(candidates.owner[order], prepend=-1))
-    return [np.sort(rows) for rows in np.split(order, starts[1:]) if len(rows) > 1]
+    groups = (np.sort(rows) for rows in np.split(order, starts[1:]))
+    return [rows for rows in groups if len(rows) > 1 and not busy[candidates.owner[rows[0]]]]
 
 
 def _problem(
