@@ -138,7 +138,7 @@ class ViewpointSettings(_Settings):
     confidence_angle_deg: float = Field(default=30.0, gt=0.0, le=180.0)
     confidence_price: float = Field(default=0.2, ge=0.0)
     max_candidates: int = Field(default=12_000, ge=10)
-    score_threshold: float = Field(default=0.3, ge=0.0, le=1.0)
+    score_threshold: float = Field(default=0.1, ge=0.0, le=1.0)
     local_views: Literal["unmarked", "each"] = "unmarked"
     exclusion_voxels: int = Field(default=1, ge=0)
     marks: int = Field(default=2, ge=1)
@@ -167,7 +167,8 @@ class FlightSettings(_Settings):
     """The curve between photos. ``handle`` is the Bezier handle as a share of the chord.
 
     ``margin`` is what the flight keeps beyond d_min, metres, so that rounding in written files
-    cannot use it up. ``iterations`` bounds the validity checks of each repair.
+    cannot use it up. ``iterations`` bounds the validity checks of each search for a way around;
+    the shortest way of ``attempts`` is taken.
     """
 
     speed: float = Field(default=4.0, gt=0.0)
@@ -175,6 +176,7 @@ class FlightSettings(_Settings):
     handle: float = Field(default=1.0 / 3.0, gt=0.0, le=0.5)
     solver: str = "rrt-connect"
     iterations: int = Field(default=20_000, ge=10)
+    attempts: int = Field(default=2, ge=1, le=100)
 
 
 class Config(_Settings):

@@ -123,6 +123,11 @@ def certify(
     return proof.certificate()
 
 
+def prove(controls: Floats, airspace: Space, margin: float) -> Certificate:
+    """Certificate of pieces for ``margin`` metres more than ``d_min``, and so many to zones."""
+    return certify(controls, airspace, required=airspace.d_min + margin, zone_required=margin)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Parts:
     """Parts of pieces that are still open: ``owner`` is the piece, ``ends`` the values there."""

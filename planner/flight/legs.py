@@ -6,15 +6,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.config import FlightSettings
-from planner.flight.certificate import Space
+from planner.flight.certificate import Space, prove
 from planner.flight.path import CONTROL_DECIMALS
-from planner.flight.repair import SHRINK, find_way, proven, smooth_way
-from planner.flight.smooth import arcs, tangents
+from planner.flight.repair import find_way
+from planner.flight.rounding import SHRINK, smooth_way
+from planner.flight.smooth import arcs, tangents, turned_along
 from planner.geometry import bezier
 from planner.geometry.arrays import Floats, Ints
 
 if TYPE_CHECKING:
     from solvers.result import Result
+
+SWING = 0.5
+"""How far a piece swings out along a tangent, as a share of the handle, or a little more."""
 
 Pair = tuple[int, int]
 """Viewpoints at the start and the end of a leg."""
@@ -95,8 +99,8 @@ class Legs:
             One a pair, or ``None`` if a way turned out to have no proof: it is broken now.
 
         """
-        guides = [self._guide(pair) for pair in pairs]
-        leaving, arriving = _tangents([g for g in guides if g is not None], closed=closed)
+        guides = [guide for guide in map(self._guide, pairs) if guide is not None]
+        leaving, arriving = self._tangents(guides, closed=closed)
         direct = self._direct(pairs, leaving, arriving)
         found = [
             self._around(pair, leaving[k], arriving[k]) if leg is None else leg
@@ -125,7 +129,7 @@ class Legs:
                 settings=self._settings,
                 seed=self._seed,
             )
-            self.results.append(way.result)
+            self.results += way.results
             self._ways[pair] = way.points
         return self._ways[pair]
 
@@ -167,7 +171,7 @@ class Legs:
     def _certified(self, controls: Floats) -> list[Leg | None]:
         """One leg a piece, rounded before it is proven; ``None`` where it is not safe."""
         rounded = np.round(controls, CONTROL_DECIMALS)
-        proof = proven(rounded, self._airspace, self._settings)
+        proof = prove(rounded, self._airspace, self._settings.margin)
         return [
             Leg(rounded[k : k + 1], proof.clearance[k : k + 1], proof.zone_margin[k : k + 1], False)
             if proof.safe[k]
@@ -175,14 +179,42 @@ class Legs:
             for k in range(len(rounded))
         ]
 
+    def _tangents(self, guides: list[Floats], *, closed: bool) -> tuple[Floats, Floats]:
+        """Unit tangents at the start and the end of each leg, from the corners of all of them."""
+        if not guides:
+            return np.zeros((0, 3)), np.zeros((0, 3))
+        corners = np.concatenate([guides[0][:1], *(guide[1:] for guide in guides)])
+        at: Ints = np.cumsum([0, *(len(guide) - 1 for guide in guides)])
+        if closed:
+            corners, at[-1] = corners[:-1], 0
+        reach = _reach(guides, closed=closed) * SWING * self._settings.handle
+        lines = self._along_solids(tangents(corners, closed=closed)[at], corners[at], reach)
+        return lines[:-1], lines[1:]
 
-def _tangents(guides: list[Floats], *, closed: bool) -> tuple[Floats, Floats]:
-    """Unit tangents at the start and the end of each leg, from the corners of all of them."""
-    if not guides:
-        return np.zeros((0, 3)), np.zeros((0, 3))
-    corners = np.concatenate([guides[0][:1], *(guide[1:] for guide in guides)])
-    at: Ints = np.cumsum([0, *(len(guide) - 1 for guide in guides)])
+    def _along_solids(self, lines: Floats, spots: Floats, reach: Floats) -> Floats:
+        """Turn tangents along what is nearer than curves reach, shape (K,), metres."""
+        room = self._airspace.clearance(spots) - self._airspace.d_min - self._settings.margin
+        near = np.flatnonzero(room < reach)
+        if len(near):
+            away = self._uphill(spots[near])
+            lines[near] = turned_along(lines[near], away, room[near].clip(0.0) / reach[near])
+        return lines
+
+    def _uphill(self, spots: Floats) -> Floats:
+        """Direction in which clearance grows, by central differences; zero where it has none."""
+        step = 0.02 * self._airspace.d_min * np.eye(3)
+        around = np.concatenate([spots[:, None] + step, spots[:, None] - step], axis=1)
+        values = self._airspace.clearance(around.reshape(-1, 3)).reshape(-1, 2, 3)
+        slope = np.nan_to_num(values[:, 0] - values[:, 1], posinf=0.0, neginf=0.0)
+        size = np.linalg.norm(slope, axis=1, keepdims=True)
+        return np.asarray(slope / np.where(size > 0.0, size, 1.0))
+
+
+def _reach(guides: list[Floats], *, closed: bool) -> Floats:
+    """Length of the longer of the two straight sides at each viewpoint, shape (legs + 1,)."""
+    first = [np.linalg.norm(guide[1] - guide[0]) for guide in guides]
+    last = [np.linalg.norm(guide[-1] - guide[-2]) for guide in guides]
+    reach = np.maximum(np.append(first, 0.0), np.append(0.0, last))
     if closed:
-        corners, at[-1] = corners[:-1], 0
-    lines = tangents(corners, closed=closed)
-    return lines[at[:-1]], lines[at[1:]]
+        reach[[0, -1]] = max(reach[0], reach[-1])
+    return np.asarray(reach)

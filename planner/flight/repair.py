@@ -6,33 +6,35 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.config import FlightSettings
-from planner.flight.certificate import Certificate, Space, certify
-from planner.flight.path import CONTROL_DECIMALS, JOINT_DECIMALS
-from planner.flight.smooth import corner, departure, polyline
+from planner.flight.certificate import Space
+from planner.flight.path import JOINT_DECIMALS
 from planner.geometry.arrays import Floats
 
 if TYPE_CHECKING:
     from solvers.result import Result
 
-SHRINK = (1.0, 0.5, 0.25, 0.125)
-"""Shares of the full handle, or of the full corner cut, that are tried in turn."""
+NEARBY = 0.3
+"""Margin of the box that is searched first, as a share of the chord."""
+
+GLANCE = 0.1
+"""Share of the validity checks that the search of that box may take."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Way:
-    """Outcome of one search for a way around.
+    """Outcome of the search for a way around.
 
     Parameters
     ----------
     points
         Corners from the leg's start to its end, shape (n, 3), metres, or ``None`` without any.
-    result
-        What the solver says.
+    results
+        What the solver said, one result a search.
 
     """
 
     points: Floats | None
-    result: "Result[Floats]"
+    results: "tuple[Result[Floats], ...]"
 
 
 def find_way(
@@ -45,8 +47,10 @@ def find_way(
 ) -> Way:
     """Search for a polyline that keeps its distance, by a motion solver with exact edge checks.
 
-    The dice depend on the two places and the seed alone, and the way back is the way there: so
-    neither the order of the legs nor what else is flown changes the result.
+    A box around the two places is searched first, as ways are shorter there, then all of the
+    space. Where there is a way, the shortest of ``settings.attempts`` is taken. The dice depend on
+    the two places and the seed alone, and the way back is the way there: so neither the order of
+    the legs nor what else is flown changes the result.
 
     Parameters
     ----------
@@ -55,7 +59,7 @@ def find_way(
     airspace
         Solids and zones.
     settings
-        Margin, name of the solver and its number of validity checks.
+        Margin, attempts, name of the solver and its number of validity checks.
     seed
         Root of all chance.
 
@@ -65,93 +69,46 @@ def find_way(
         Its points are ``None`` if the solver found nothing within its checks.
 
     """
+    swapped = tuple(end) < tuple(start)
+    first, last = (end, start) if swapped else (start, end)
+    results: list[Result[Floats]] = []
+    for attempt in range(settings.attempts):
+        results += _search(first, last, airspace, settings, _seed(first, last, seed, attempt))
+        if results[-1].solution is None:
+            break
+    points = min(results, key=lambda result: result.cost).solution  # infinite without any
+    if points is not None and swapped:
+        points = points[::-1]
+    return Way(points, tuple(results))
+
+
+def _search(
+    first: Floats, last: Floats, airspace: Space, settings: FlightSettings, seed: int
+) -> "list[Result[Floats]]":
+    """Results of one attempt: nearby and, if there is nothing, everywhere."""
     from solvers import Stop, solve
     from solvers.motion import MotionProblem
 
-    required = airspace.d_min + settings.margin
-    swapped = tuple(end) < tuple(start)
-    first, last = (end, start) if swapped else (start, end)
-    low, high = airspace.bounds
-    bounds = np.stack(
-        [np.minimum(low, np.minimum(start, end)), np.maximum(high, np.maximum(start, end))]
-    )
-    problem = MotionProblem(
-        first,
-        last,
-        bounds,
-        lambda point: point_is_free(point, airspace, required, settings.margin),
-        lambda a, b: edge_is_free(a, b, airspace, required, settings.margin),
-        step=required,
-    )
-    result = solve(
-        problem,
-        settings.solver,
-        seed=_seed(first, last, seed),
-        stop=Stop(iterations=settings.iterations),
-    )
-    if result.solution is None:
-        return Way(None, result)
-    return Way(result.solution[::-1] if swapped else result.solution, result)
-
-
-def smooth_way(
-    points: Floats,
-    leaving: Floats,
-    arriving: Floats,
-    airspace: Space,
-    *,
-    settings: FlightSettings,
-) -> tuple[Floats, Certificate] | None:
-    """Certified pieces along a polyline, its corners rounded as far as the proof allows.
-
-    A corner that cannot be rounded stays sharp, an end that cannot take up the tangent of its
-    viewpoint starts straight; the aircraft stops and turns there.
-
-    Parameters
-    ----------
-    points
-        Corners, shape (n, 3), n >= 2, metres.
-    leaving, arriving
-        Unit tangents at the two viewpoints, shape (3,).
-    airspace, settings
-        As :func:`find_way`.
-
-    Returns
-    -------
-    pieces
-        Control points (m, 4, 3) and their certificate, or ``None`` if not even the straight
-        edges can be proven.
-
-    """
-    nodes = _distinct(points)
-    cuts = _corner_cuts(nodes, airspace, settings)
-    chain = _chain(nodes, cuts)
-    for row, tangent, backwards in ((0, leaving, False), (-1, arriving, True)):
-        if len(chain) == 1:
+    required, margin = airspace.d_min + settings.margin, settings.margin
+    ends = np.stack([np.minimum(first, last), np.maximum(first, last)])
+    pad = max(NEARBY * float(np.linalg.norm(last - first)), 6.0 * required)
+    low, high = np.minimum(airspace.bounds[0], ends[0]), np.maximum(airspace.bounds[1], ends[1])
+    near = np.stack([np.maximum(low, ends[0] - pad), np.minimum(high, ends[1] + pad)])
+    results = []
+    glance = max(1, int(GLANCE * settings.iterations))
+    for box, checks in ((near, glance), (np.stack([low, high]), settings.iterations)):
+        problem = MotionProblem(
+            first,
+            last,
+            box,
+            lambda point: point_is_free(point, airspace, required, margin),
+            lambda a, b: edge_is_free(a, b, airspace, required, margin),
+            step=required,
+        )
+        results.append(solve(problem, settings.solver, seed=seed, stop=Stop(iterations=checks)))
+        if results[-1].solution is not None:
             break
-        for share in SHRINK:
-            trial = np.round(
-                departure(chain[row], tangent, settings.handle * share, backwards=backwards),
-                CONTROL_DECIMALS,
-            )
-            if proven(trial[None], airspace, settings).safe[0]:
-                chain[row] = trial
-                break
-    for pieces in (chain, np.round(polyline(nodes), CONTROL_DECIMALS)):
-        certificate = proven(pieces, airspace, settings)
-        if certificate.safe.all():
-            return pieces, certificate
-    return None
-
-
-def proven(controls: Floats, airspace: Space, settings: FlightSettings) -> Certificate:
-    """Certificate of pieces, shape (M, 4, 3), for ``d_min`` and the settings' margin."""
-    return certify(
-        controls,
-        airspace,
-        required=airspace.d_min + settings.margin,
-        zone_required=settings.margin,
-    )
+    return results
 
 
 def point_is_free(point: Floats, airspace: Space, required: float, margin: float) -> bool:
@@ -167,54 +124,8 @@ def edge_is_free(a: Floats, b: Floats, airspace: Space, required: float, margin:
     )
 
 
-def _corner_cuts(nodes: Floats, airspace: Space, settings: FlightSettings) -> Floats:
-    """How far from each inner node its corner is cut off, shape (n,), 0 where it stays sharp."""
-    sides = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
-    widest = np.zeros(len(nodes))
-    widest[1:-1] = 0.5 * np.minimum(sides[:-1], sides[1:])
-    cuts = np.zeros(len(nodes))
-    for share in SHRINK:
-        rows = np.flatnonzero((cuts == 0.0) & (widest > 0.0)).tolist()
-        if not rows:
-            break
-        trial = np.stack([_corner(nodes, row, share * widest[row]) for row in rows])
-        safe = proven(np.round(trial, CONTROL_DECIMALS), airspace, settings).safe
-        for row in np.array(rows)[safe].tolist():
-            cuts[row] = share * widest[row]
-    return cuts
-
-
-def _chain(nodes: Floats, cuts: Floats) -> Floats:
-    """Straight pieces and rounded corners in turn, sharing their rounded ends exactly."""
-    pieces, at = [], nodes[0]
-    for row in range(1, len(nodes)):
-        bend = None
-        if cuts[row] > 0.0:
-            bend = np.round(_corner(nodes, row, cuts[row]), CONTROL_DECIMALS)
-        target = nodes[row] if bend is None else bend[0]
-        if np.linalg.norm(target - at) > 0.0:
-            pieces.append(np.round(polyline(np.stack([at, target])), CONTROL_DECIMALS)[0])
-        if bend is not None:
-            pieces.append(bend)
-        at = pieces[-1][3]
-    return np.stack(pieces)
-
-
-def _corner(nodes: Floats, row: int, cut: float) -> Floats:
-    return corner(nodes[row - 1], nodes[row], nodes[row + 1], cut)
-
-
-def _distinct(points: Floats) -> Floats:
-    """Rounded corners without repeated ones; first and last stay."""
-    nodes = np.round(points, CONTROL_DECIMALS)
-    moved = np.linalg.norm(np.diff(nodes, axis=0), axis=1) > 10.0**-JOINT_DECIMALS
-    kept = nodes[np.concatenate([[True], moved])]
-    kept[-1] = nodes[-1]
-    return kept if len(kept) > 1 else nodes[[0, -1]]
-
-
-def _seed(first: Floats, last: Floats, root: int) -> int:
+def _seed(first: Floats, last: Floats, root: int, attempt: int) -> int:
     """Seed that depends on the two places, not on when their leg is looked at."""
     places = np.round(np.concatenate([first, last]) * 10.0**JOINT_DECIMALS).astype(np.int64)
     words = places.view(np.uint32).tolist()
-    return int(np.random.SeedSequence(root, spawn_key=tuple(words)).generate_state(1)[0])
+    return int(np.random.SeedSequence(root, spawn_key=(*words, attempt)).generate_state(1)[0])

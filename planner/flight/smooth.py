@@ -35,6 +35,37 @@ def tangents(points: Floats, *, closed: bool = False) -> Floats:
     return result
 
 
+def turned_along(lines: Floats, away: Floats, room: Floats) -> Floats:
+    """Tangents turned until they point no farther towards or away from what is near.
+
+    A curve that passes a point close to a wall must pass it along the wall.
+
+    Parameters
+    ----------
+    lines
+        Unit tangents, shape (K, 3).
+    away
+        Unit directions away from the nearest solid, shape (K, 3).
+    room
+        Largest share of each tangent along ``away`` that there is room for, shape (K,), from 0.
+
+    Returns
+    -------
+    tangents
+        Unit vectors, shape (K, 3); as they were where there is room, or where a tangent points
+        so straight at the solid that turning it has no direction.
+
+    """
+    towards = (lines * away).sum(axis=1)
+    level = lines - towards[:, None] * away
+    flat = np.linalg.norm(level, axis=1)
+    kept = towards.clip(-room, room)
+    possible = (flat > 0.1) & (np.abs(towards) > room)
+    scale = np.sqrt(1.0 - np.minimum(kept, 1.0) ** 2) / np.where(flat > 0.0, flat, 1.0)
+    turned = scale[:, None] * level + kept[:, None] * away
+    return np.where(possible[:, None], turned, lines)
+
+
 def arcs(starts: Floats, ends: Floats, leaving: Floats, arriving: Floats, share: Floats) -> Floats:
     """One piece a leg, with the given directions at its ends.
 

@@ -65,7 +65,7 @@ def test_a_tower_in_the_way_is_flown_around(solids, assert_safe, viewpoints_at):
     assert flight.repaired.tolist() == [0]
     assert flight.path.repaired.tolist() == (flight.path.leg == 0).tolist()
     assert flight.path.length < 1.15 * (2 * np.hypot(20, 7) + 15 + 40)
-    assert len(flight.results) == 1
+    assert len(flight.results) == 2  # attempts, of which the shorter is flown
 
 
 def test_a_tour_around_a_tower_comes_back(solids, assert_safe, viewpoints_at):
@@ -163,7 +163,7 @@ def test_the_same_seed_gives_the_same_bits_and_legs_ignore_their_company(solids,
     first, second = (plan_flight(viewpoints_at(spots), space, seed=3) for _ in range(2))
     np.testing.assert_array_equal(first.path.controls, second.path.controls)
     alone = plan_flight(viewpoints_at(spots[3:]), space, seed=3)
-    np.testing.assert_array_equal(alone.results[0].solution, first.results[-1].solution)
+    np.testing.assert_array_equal(alone.results[-1].solution, first.results[-1].solution)
     other = plan_flight(viewpoints_at(spots), space, seed=4)
     assert not np.array_equal(first.path.length, other.path.length)
 

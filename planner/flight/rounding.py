@@ -1,0 +1,110 @@
+"""Smooth a polyline of proven edges into proven pieces."""
+
+import numpy as np
+
+from planner.config import FlightSettings
+from planner.flight.certificate import Certificate, Space, prove
+from planner.flight.path import CONTROL_DECIMALS, JOINT_DECIMALS
+from planner.flight.smooth import corner, departure, polyline
+from planner.geometry.arrays import Floats
+
+SHRINK = (1.0, 0.5, 0.25, 0.125)
+"""Shares of the full handle, or of the full corner cut, that are tried in turn."""
+
+
+def smooth_way(
+    points: Floats,
+    leaving: Floats,
+    arriving: Floats,
+    airspace: Space,
+    *,
+    settings: FlightSettings,
+) -> tuple[Floats, Certificate] | None:
+    """Certified pieces along a polyline, its corners rounded as far as the proof allows.
+
+    A corner that cannot be rounded stays sharp, an end that cannot take up the tangent of its
+    viewpoint starts straight; the aircraft stops and turns there.
+
+    Parameters
+    ----------
+    points
+        Corners, shape (n, 3), n >= 2, metres.
+    leaving, arriving
+        Unit tangents at the two viewpoints, shape (3,).
+    airspace
+        Solids and zones.
+    settings
+        Handle and margin.
+
+    Returns
+    -------
+    pieces
+        Control points (m, 4, 3) and their certificate, or ``None`` if not even the straight
+        edges can be proven.
+
+    """
+    nodes = _distinct(points)
+    cuts = _corner_cuts(nodes, airspace, settings.margin)
+    chain = _chain(nodes, cuts)
+    for row, tangent, backwards in ((0, leaving, False), (-1, arriving, True)):
+        if len(chain) == 1:
+            break
+        for share in SHRINK:
+            trial = np.round(
+                departure(chain[row], tangent, settings.handle * share, backwards=backwards),
+                CONTROL_DECIMALS,
+            )
+            if prove(trial[None], airspace, settings.margin).safe[0]:
+                chain[row] = trial
+                break
+    for pieces in (chain, np.round(polyline(nodes), CONTROL_DECIMALS)):
+        certificate = prove(pieces, airspace, settings.margin)
+        if certificate.safe.all():
+            return pieces, certificate
+    return None
+
+
+def _corner_cuts(nodes: Floats, airspace: Space, margin: float) -> Floats:
+    """How far from each inner node its corner is cut off, shape (n,), 0 where it stays sharp."""
+    sides = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
+    widest = np.zeros(len(nodes))
+    widest[1:-1] = 0.5 * np.minimum(sides[:-1], sides[1:])
+    cuts = np.zeros(len(nodes))
+    for share in SHRINK:
+        rows = np.flatnonzero((cuts == 0.0) & (widest > 0.0)).tolist()
+        if not rows:
+            break
+        trial = np.stack([_corner(nodes, row, share * widest[row]) for row in rows])
+        safe = prove(np.round(trial, CONTROL_DECIMALS), airspace, margin).safe
+        for row in np.array(rows)[safe].tolist():
+            cuts[row] = share * widest[row]
+    return cuts
+
+
+def _chain(nodes: Floats, cuts: Floats) -> Floats:
+    """Straight pieces and rounded corners in turn, sharing their rounded ends exactly."""
+    pieces, at = [], nodes[0]
+    for row in range(1, len(nodes)):
+        bend = None
+        if cuts[row] > 0.0:
+            bend = np.round(_corner(nodes, row, cuts[row]), CONTROL_DECIMALS)
+        target = nodes[row] if bend is None else bend[0]
+        if np.linalg.norm(target - at) > 0.0:
+            pieces.append(np.round(polyline(np.stack([at, target])), CONTROL_DECIMALS)[0])
+        if bend is not None:
+            pieces.append(bend)
+        at = pieces[-1][3]
+    return np.stack(pieces)
+
+
+def _corner(nodes: Floats, row: int, cut: float) -> Floats:
+    return corner(nodes[row - 1], nodes[row], nodes[row + 1], cut)
+
+
+def _distinct(points: Floats) -> Floats:
+    """Rounded corners without repeated ones; first and last stay."""
+    nodes = np.round(points, CONTROL_DECIMALS)
+    moved = np.linalg.norm(np.diff(nodes, axis=0), axis=1) > 10.0**-JOINT_DECIMALS
+    kept = nodes[np.concatenate([[True], moved])]
+    kept[-1] = nodes[-1]
+    return kept if len(kept) > 1 else nodes[[0, -1]]
