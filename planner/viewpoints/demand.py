@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from planner.config import ViewpointSettings
 from planner.geometry.arrays import Floats, Ints
+from planner.surface.samples import SurfaceSamples
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,3 +48,9 @@ def view_demand(quality: Floats, settings: ViewpointSettings) -> Demand:
         limit = np.quantile(quality, settings.low_quality_share)
         hits[(quality <= limit) & (quality < quality.max())] += settings.extra_hits
     return Demand(hits, np.full(len(quality), settings.sectors, dtype=np.int64))
+
+
+def even_demand(samples: SurfaceSamples, settings: ViewpointSettings) -> Demand:
+    """Wanted photos by preset ``paper``: as many as marks, from any side."""
+    wanted = np.full(len(samples), settings.marks, dtype=np.int64)
+    return Demand(wanted, np.zeros_like(wanted))

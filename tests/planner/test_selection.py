@@ -235,8 +235,8 @@ def test_where_one_photo_a_place_leads_nowhere_places_give_several(monkeypatch):
     monkeypatch.setattr(select_module, "solve", no_conflicts)
     selection = select()
     assert refused
-    assert (selection.hits >= selection.reachable.hits).all()
-    assert (selection.sectors >= selection.reachable.sectors).all()
+    assert (selection.hits >= selection.wish.reachable.hits).all()
+    assert (selection.sectors >= selection.wish.reachable.sectors).all()
     assert len(selection.results) == 2
 
 

@@ -1,0 +1,155 @@
+"""Chosen photos, and what they see of each sample."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.config import ViewpointSettings
+from planner.findings import Finding
+from planner.geometry.arrays import Bytes, Ints
+from planner.scene.cloud import Mesh
+from planner.surface.samples import SurfaceSamples
+from planner.viewpoints.camera import Camera
+from planner.viewpoints.demand import Demand
+from planner.viewpoints.graph import ViewGraph, view_graph
+from planner.viewpoints.rays import RayCaster
+from planner.viewpoints.reasons import REASONS, Reason, explain
+from planner.viewpoints.sight import SightRule
+from planner.viewpoints.viewpoints import Viewpoints
+from planner.viewpoints.visibility import Coverage, count_views
+from solvers import Result
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wish:
+    """What was asked of the photos, whatever they are.
+
+    Parameters
+    ----------
+    demand
+        From how many places and sectors each sample is wanted.
+    reachable
+        As much of that as all free positions together can give.
+    stages
+        From how many free positions each sample is within range and incidence, within the
+        gimbal's range as well, within the GSD as well, and unoccluded, shape (4, S).
+    binding
+        Whether missing what is reachable makes the plan a partial one.
+
+    """
+
+    demand: Demand
+    reachable: Demand
+    stages: NDArray[np.int32]
+    binding: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Selection:
+    """The chosen photos and what they see.
+
+    Parameters
+    ----------
+    viewpoints
+        Where photos are taken, in no particular order.
+    hits
+        From how many distinct places each sample is seen, shape (S,), by fresh rays.
+    sectors
+        From how many distinct direction sectors each sample is seen, shape (S,).
+    reason
+        A :class:`~planner.viewpoints.reasons.Reason` each, shape (S,).
+    wish
+        What was wanted of each sample, and what was possible.
+    graph
+        Which photos share enough to be matched.
+    results
+        Results of the solvers that were called, with cost and proven lower bound.
+    findings
+        What could not be fulfilled.
+    reasons
+        Name of each reason by its code.
+
+    """
+
+    viewpoints: Viewpoints
+    hits: Ints
+    sectors: Ints
+    reason: Bytes
+    wish: Wish
+    graph: ViewGraph
+    results: tuple[Result[Ints], ...] = ()
+    findings: tuple[Finding, ...] = ()
+    reasons: tuple[str, ...] = REASONS
+
+    def reason_counts(self) -> dict[str, int]:
+        """How many samples ended with each reason."""
+        counts = np.bincount(self.reason, minlength=len(self.reasons))
+        return {name: int(count) for name, count in zip(self.reasons, counts, strict=True)}
+
+
+def assess(
+    viewpoints: Viewpoints,
+    samples: SurfaceSamples,
+    caster: RayCaster,
+    camera: Camera,
+    rule: SightRule,
+    *,
+    wish: Wish,
+    results: tuple[Result[Ints], ...] = (),
+) -> Selection:
+    """Work out by fresh rays what viewpoints see, and the reason of every sample."""
+    seen = count_views(viewpoints, samples, caster, camera, rule)
+    graph = view_graph(viewpoints, seen, samples)
+    reason = explain(seen.hits, seen.sectors, wish.demand, wish.stages)
+    findings = (*_unmet(reason, seen, wish), *_unlinked(graph))
+    return Selection(viewpoints, seen.hits, seen.sectors, reason, wish, graph, results, findings)
+
+
+def reassess(
+    selection: Selection,
+    viewpoints: Viewpoints,
+    mesh: Mesh,
+    samples: SurfaceSamples,
+    camera: Camera,
+    *,
+    settings: ViewpointSettings,
+    d_min: float,
+    d_max: float,
+    gsd: float,
+) -> Selection:
+    """Selection with other viewpoints, such as those left after some were dropped.
+
+    Hits, sectors, reasons, graph and findings are worked out anew; the wish and the
+    solvers' results stay.
+    """
+    rule = SightRule.of(camera, settings, d_min=d_min, d_max=d_max, gsd=gsd)
+    caster = RayCaster(mesh)
+    wish, results = selection.wish, selection.results
+    return assess(viewpoints, samples, caster, camera, rule, wish=wish, results=results)
+
+
+def _unmet(reason: Bytes, seen: Coverage, wish: Wish) -> tuple[Finding, ...]:
+    """Findings on samples that no photos could cover, and on those that these do not."""
+    reachable = wish.reachable
+    short = (seen.hits < reachable.hits) | (seen.sectors < reachable.sectors)
+    beyond = (reason != Reason.COVERED) & ~short
+    found = []
+    for code, rows, words, partial in (
+        ("samples-short", short, "are seen less often than they could be", wish.binding),
+        ("samples-out-of-reach", beyond, "cannot be covered from where it is safe to fly", False),
+    ):
+        count = int(np.count_nonzero(rows))
+        if count:
+            message = f"{count} of {len(reason)} samples {words}"
+            found.append(Finding("viewpoints", code, message, float(count), partial))
+    return tuple(found)
+
+
+def _unlinked(graph: ViewGraph) -> tuple[Finding, ...]:
+    """Finding on photos that no chain of shared samples links with the largest group."""
+    if graph.components <= 1:
+        return ()
+    apart = len(graph.component) - int(np.bincount(graph.component).max())
+    message = f"{apart} of {len(graph.component)} photos may not match with the others"
+    return (Finding("viewpoints", "photos-unlinked", message, float(apart), False),)
