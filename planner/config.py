@@ -61,7 +61,8 @@ class SurfaceSettings(_Settings):
     """Poisson surface and its samples.
 
     ``clusters`` is the wanted number of clusters by position and normal (``None``: one per about
-    400 samples). ``trim`` drops Poisson triangles farther than that many radii from any point.
+    400 samples). ``trim`` is how many radii from any point the Poisson surface is dropped,
+    unless nearer surface encloses it.
     """
 
     clusters: int | None = Field(default=None, ge=1)
@@ -72,9 +73,9 @@ class QualitySettings(_Settings):
     """Variants of Eqs. 1 to 5; the defaults find holes and noise best (see docs/quality.md).
 
     ``density_reference`` is what a count of neighbours is compared with: the ``maximum`` of all
-    samples, or what is usual around and everywhere (``local``). ``roughness`` is where the
-    ``flatness`` smoothness falls to 1/e, as a share of R; ``angle_deg`` the same for the normals
-    of ``mean`` and ``sum``. ``clip_percent`` are ignored at either end before Eq. 5.
+    samples, or what is usual around and everywhere (``local``). ``roughness`` is the scale of
+    the ``flatness`` smoothness, as a share of R; ``angle_deg`` that of the normals in
+    ``mean`` and ``sum``. ``clip_percent`` are ignored at either end before Eq. 5.
     """
 
     density_weight: Literal["intended", "printed"] = "intended"

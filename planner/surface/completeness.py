@@ -5,11 +5,14 @@ from typing import Literal
 import numpy as np
 
 from planner.geometry.arrays import Floats, Ints
+from planner.surface.quantile import grouped_quantile
 from planner.surface.samples import SurfaceSamples
 
 _SAME_WAY = 0.7  # cosine of 45 degrees
 _SURROUNDINGS = 10.0  # radii
-_QUARTILE = 75.0
+_QUARTILE = 75.0  # percentile
+_FORGIVEN = 2.0  # standard deviations
+_BLOCK = 4096
 
 
 def neighbour_counts(samples: SurfaceSamples, points: Floats) -> Ints:
@@ -29,10 +32,11 @@ def reference_count(
     r"""How many neighbours a sample should have, :math:`|\mathcal N_{max}|` of Eq. 1.
 
     ``maximum`` is the paper's: the largest count of all. One dense spot then makes everything else
-    look empty. ``local`` is the geometric mean of two upper quartiles: of the samples within 10 R
-    that face the same way, since a scan sees roofs and facades unequally, and of all samples, since
-    a facade that is sparse all over is still to be photographed. Samples without any neighbour do
-    not vote.
+    look empty. ``local`` compares neighbours for the surface there is around a sample (at the rim
+    of the scene there is half) with the geometric mean of two upper quartiles of that density: over
+    the samples within 10 R that face the same way, since a scan sees roofs and facades unequally,
+    and over all, since a facade that is sparse all over is still to be photographed. Two standard
+    deviations of counting noise are forgiven. Samples without any neighbour do not vote.
 
     Parameters
     ----------
@@ -51,23 +55,40 @@ def reference_count(
     """
     if reference == "maximum" or not (counts > 0).any():
         return np.full(len(counts), max(1.0, float(counts.max(initial=0))))
-    overall = float(np.percentile(counts[counts > 0], _QUARTILE))
-    return np.maximum(1.0, np.sqrt(overall * _surrounding_quartile(samples, counts, overall)))
+    around = _surface_around(samples)
+    density = counts / around
+    overall = float(np.percentile(density[counts > 0], _QUARTILE))
+    expected = around * np.sqrt(overall * _surrounding_quartile(samples, density, overall))
+    return np.maximum(1.0, expected - _FORGIVEN * np.sqrt(expected))
 
 
-def _surrounding_quartile(samples: SurfaceSamples, counts: Ints, default: float) -> Floats:
-    """Upper quartile of the counts around each sample, facing its way; ``default`` without any."""
+def _surface_around(samples: SurfaceSamples) -> Floats:
+    """How much surface lies around each sample, in samples weighted by a Gaussian of width R."""
     from scipy.spatial import cKDTree
 
-    voters = np.flatnonzero(counts > 0)
+    tree = cKDTree(samples.xyz)
+    pairs = tree.sparse_distance_matrix(tree, 3.0 * samples.radius, output_type="ndarray")
+    weight = np.exp(-0.5 * (pairs["v"] / samples.radius) ** 2)
+    return np.asarray(np.bincount(pairs["i"], weight, minlength=len(samples)))
+
+
+def _surrounding_quartile(samples: SurfaceSamples, density: Floats, default: float) -> Floats:
+    """Upper quartile of the density around each sample, facing its way; ``default`` without any."""
+    from scipy.spatial import cKDTree
+
+    voters = np.flatnonzero(density > 0)
     tree = cKDTree(samples.xyz[voters])
-    reach = _SURROUNDINGS * samples.radius
-    quartile = np.full(len(counts), default)
-    for row, near in enumerate(tree.query_ball_point(samples.xyz, reach)):  # a list a sample
-        around = voters[near]
-        same_way = samples.normals[around] @ samples.normals[row] > _SAME_WAY
-        if same_way.any():
-            quartile[row] = np.percentile(counts[around[same_way]], _QUARTILE)
+    quartile = np.full(len(density), default)
+    for first in range(0, len(density), _BLOCK):  # few: a block bounds the memory
+        rows = slice(first, first + _BLOCK)
+        pairs = cKDTree(samples.xyz[rows]).sparse_distance_matrix(
+            tree, _SURROUNDINGS * samples.radius, output_type="ndarray"
+        )
+        row, voter = first + pairs["i"], voters[pairs["j"]]
+        cosine = np.einsum("pc,pc->p", samples.normals[row], samples.normals[voter])
+        row, voter = row[cosine > _SAME_WAY], voter[cosine > _SAME_WAY]
+        found, value = grouped_quantile(row, density[voter], _QUARTILE / 100.0)
+        quartile[found] = value
     return quartile
 
 

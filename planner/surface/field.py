@@ -82,7 +82,9 @@ def poisson_gradient(
     for index, place in enumerate(blocks):  # few: a block holds thousands of samples
         corner = low + place * core - 0.25 * cell * block
         rows = np.flatnonzero(member == index)
-        gradient[rows] = _block_gradient(cloud, at[rows], area, corner, cell, block, width)
+        gradient[rows] = _block_gradient(
+            cloud, at[rows], area, corner=corner, cell=cell, block=block, width=width
+        )
     return gradient
 
 
@@ -90,6 +92,7 @@ def _block_gradient(
     cloud: PointCloud,
     at: Floats,
     area: Floats,
+    *,
     corner: Floats,
     cell: float,
     block: int,

@@ -2,9 +2,7 @@
 
 import numpy as np
 
-from planner.geometry.arrays import Floats
 from planner.scene.cloud import Mesh, PointCloud
-from planner.scene.scene import Box
 
 
 def poisson_mesh(cloud: PointCloud, *, depth: int) -> Mesh:
@@ -21,7 +19,7 @@ def poisson_mesh(cloud: PointCloud, *, depth: int) -> Mesh:
     -------
     mesh
         Closed but for the octree's rim, normals outward. Far from points it is invention:
-        see :func:`trim`.
+        see :mod:`planner.surface.trim`.
 
     Raises
     ------
@@ -41,39 +39,3 @@ def poisson_mesh(cloud: PointCloud, *, depth: int) -> Mesh:
         points, depth=depth, n_threads=1
     )
     return Mesh(np.asarray(mesh.vertices), np.asarray(mesh.triangles))
-
-
-def trim(mesh: Mesh, points: Floats, box: Box, *, distance: float, margin: float) -> Mesh:
-    """Drop triangles far from every point or outside of the box, and vertices left alone.
-
-    Parameters
-    ----------
-    mesh
-        Surface, metres.
-    points
-        What was measured, shape (N, 3), metres.
-    box
-        Bounding box of the scene.
-    distance
-        Farthest that a vertex may lie from a point, metres.
-    margin
-        How far a vertex may lie outside of the box, metres.
-
-    Returns
-    -------
-    mesh
-        The triangles all of whose vertices remain, in their order.
-
-    """
-    from scipy.spatial import cKDTree
-
-    near, _ = cKDTree(points).query(mesh.vertices, distance_upper_bound=distance)
-    keep = np.isfinite(near) & box.contains(mesh.vertices, margin=margin)
-    return select_triangles(mesh, keep[mesh.triangles].all(axis=1))
-
-
-def select_triangles(mesh: Mesh, keep: np.ndarray) -> Mesh:
-    """Return the mesh of the chosen triangles (a mask), without unused vertices."""
-    triangles = mesh.triangles[keep]
-    used, inverse = np.unique(triangles, return_inverse=True)
-    return Mesh(mesh.vertices[used], inverse.reshape(-1, 3))

@@ -11,12 +11,14 @@ from planner.scene.normals import estimate_normals
 from planner.scene.scene import Ground, Scene
 from planner.surface.clusters import cluster_samples
 from planner.surface.openness import openness
-from planner.surface.poisson import poisson_mesh, trim
+from planner.surface.poisson import poisson_mesh
 from planner.surface.poisson_disk import poisson_disk, triangle_normals
 from planner.surface.samples import THINNING, Surface, SurfaceSamples
 from planner.surface.snap import snap_to_cloud
+from planner.surface.trim import trim
 
 DEFAULTS = SurfaceSettings()
+_SNAP = 0.8  # share of R within which points pull the surface
 _PER_CLUSTER = 400
 _OPEN = 0.06  # of the rays that rise on one side: fewer, and that side is inside
 
@@ -68,10 +70,8 @@ def reconstruct_surface(
         mesh = scene.mesh
     else:
         rough = poisson_mesh(thinned, depth=poisson_depth)
-        cut = trim(
-            rough, thinned.xyz, scene.box, distance=settings.trim * radius, margin=0.5 * radius
-        )
-        mesh = snap_to_cloud(cut, thinned, reach=0.5 * radius)
+        cut = trim(rough, thinned.xyz, radius=radius, distance=settings.trim * radius)
+        mesh = snap_to_cloud(cut, thinned, reach=_SNAP * radius)
     samples = _sample(mesh, thinned, scene.ground, radius=radius, settings=settings, seed=seed)
     if len(samples) == 0:
         raise PlannerError(
@@ -105,18 +105,26 @@ def _sample(
     below = np.where(turn, sides.back_below, sides.front_below)
     mean, supported = _mean_normals(drawn.xyz, normals, thinned, radius)
     height = drawn.xyz[:, 2] - ground.height(drawn.xyz)
-    keep = _reachable(front, below, normals, supported, height, radius)
+    keep = _reachable(
+        normals, front=front, below=below, supported=supported, height=height, radius=radius
+    )
     xyz, normals = drawn.xyz[keep], mean[keep]
     count = settings.clusters or max(1, round(len(xyz) / _PER_CLUSTER))
     return SurfaceSamples(xyz, normals, cluster_samples(xyz, normals, count), radius)
 
 
 def _reachable(
-    front: Floats, below: Floats, normals: Floats, supported: Bools, height: Floats, radius: float
+    normals: Floats,
+    *,
+    front: Floats,
+    below: Floats,
+    supported: Bools,
+    height: Floats,
+    radius: float,
 ) -> Bools:
     """Tell which samples have open space before them; undersides must have been measured too."""
     underside = (normals[:, 2] < -0.5) & supported & (height > radius) & (below > _OPEN)
-    return ((front > _OPEN) & (normals[:, 2] > -0.5) & (height > -2.0 * radius)) | underside
+    return ((front > _OPEN) & (normals[:, 2] > -0.5) & (height > -radius)) | underside
 
 
 def _mean_normals(

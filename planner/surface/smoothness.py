@@ -6,10 +6,12 @@ import numpy as np
 
 from planner.geometry.arrays import Floats
 from planner.scene.cloud import PointCloud
+from planner.surface.quantile import grouped_quantile
 from planner.surface.samples import SurfaceSamples
 
 _PLANE = 12  # points to a local plane
-_SHARE = 0.25  # of the neighbours must be smooth: the flat sides of an edge are
+_ROUGHEST = 0.2  # what the roughest place keeps, so that a hole stays below it
+_SHARE = 0.1  # of the neighbours may be enough: the flat sides of an edge, a gap in a tree
 
 
 def distance_weight(distance: Floats, radius: float) -> Floats:
@@ -76,10 +78,11 @@ def roughness(cloud: PointCloud) -> Floats:
 
 
 def flatness(samples: SurfaceSamples, cloud: PointCloud, *, limit: float) -> Floats:
-    r"""Smoothness as :math:`\exp(-(\rho_i / (\ell R))^2)` of the lower quartile of the roughness.
+    r"""Smoothness as :math:`f + (1 - f) \exp(-(\rho_i / (\ell R))^2)` of the roughness around.
 
-    What :func:`smoothness` is for, measured on positions instead of normals; the lower quartile
-    lets edges pass, where only the points along the crease are rough.
+    What :func:`smoothness` is for, measured on positions instead of normals. The lower decile
+    :math:`\rho_i` lets edges pass, where only the points along the crease are rough; amid noise all
+    are. Even there :math:`f = 0.2` remains: trees are rough, but they are not holes.
 
     Parameters
     ----------
@@ -88,12 +91,12 @@ def flatness(samples: SurfaceSamples, cloud: PointCloud, *, limit: float) -> Flo
     cloud
         Thinned cloud, metres.
     limit
-        Roughness, as a share of R, at which the score is 1/e.
+        Roughness :math:`\ell`, as a share of R, at which the exponential is 1/e.
 
     Returns
     -------
     flatness
-        Shape (S,), in [0, 1]; 0 without neighbours.
+        Shape (S,), in [0.2, 1]; 0 without neighbours.
 
     """
     from scipy.spatial import cKDTree
@@ -101,12 +104,8 @@ def flatness(samples: SurfaceSamples, cloud: PointCloud, *, limit: float) -> Flo
     pairs = cKDTree(samples.xyz).sparse_distance_matrix(
         cKDTree(cloud.xyz), samples.radius, output_type="ndarray"
     )
-    values = roughness(cloud)[pairs["j"]]
-    order = np.lexsort((values, pairs["i"]))
-    count = np.bincount(pairs["i"], minlength=len(samples))
-    first = np.cumsum(count) - count
-    found = np.flatnonzero(count)
-    rank = first[found] + np.floor(_SHARE * (count[found] - 1)).astype(np.int64)
+    found, value = grouped_quantile(pairs["i"], roughness(cloud)[pairs["j"]], _SHARE)
     score = np.zeros(len(samples))
-    score[found] = np.exp(-((values[order][rank] / (limit * samples.radius)) ** 2))
+    fine = np.exp(-((value / (limit * samples.radius)) ** 2))
+    score[found] = _ROUGHEST + (1.0 - _ROUGHEST) * fine
     return score
