@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.airspace.field import DistanceField
+from planner.airspace.storage import read_arrays
 from planner.errors import PlannerError
 from planner.flight.path import FlightPath
 from planner.flight.timing import sample_path
@@ -111,6 +112,7 @@ def check_folder(folder: str | Path, *, scene: str | Path | None = None) -> Chec
         raise PlannerError(f"{folder}: is no folder; name the folder of a plan")
     arrays = _read_arrays(folder / "airspace.npz")
     field = DistanceField.from_arrays(arrays, name=str(folder / "airspace.npz"))
+    stored = read_arrays(arrays, name=str(folder / "airspace.npz"))
     path, speed = _read_path(folder / "path.json")
     viewpoints = read_viewpoints(folder / "viewpoints.csv")
     rows = read_path_table(folder / "path.csv")
@@ -121,9 +123,9 @@ def check_folder(folder: str | Path, *, scene: str | Path | None = None) -> Chec
     if not problems:
         problems += _row_problems(folder / "path.csv", path, viewpoints, rows, speed)
     controls = path.controls
-    solid = prove_distance(controls, field.distance, field.d_min)
+    solid = prove_distance(controls, field.clearance, field.d_min)
     raw = prove_distance(controls, field.raw_distance, field.d_min)
-    zones = prove_distance(controls, field.zone_margin, 0.0)
+    zones = prove_distance(controls, stored.zones.margin, 0.0)
     problems += _near(solid, "anything solid", field.d_min)
     problems += _near(raw, "a point of the coarse model", field.d_min)
     problems += _near(zones, "its zones' allowance", 0.0)
@@ -213,7 +215,7 @@ def _viewpoint_problems(
     problems = []
     for row in np.flatnonzero(off > SAME_METRES):
         position = viewpoints.positions[named[row]]
-        clearance = float(field.signed_distance(position[None])[0])
+        clearance = float(field.clearance(position[None])[0])
         problems.append(
             f"{table}: line {named[row] + 2}: viewpoint {named[row]} is {off[row]:.3f} m off the "
             f"path's segment {pieces[row]}; the clearance there is {clearance:.3f} m "

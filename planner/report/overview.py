@@ -102,7 +102,7 @@ def _points(axes: "Axes", view: Floats, points: Floats, quality: Floats, radius:
     flat = points @ view.T
     order = np.argsort(flat[:, 2], kind="stable")
     span = float((flat[:, :2].max(axis=0) - flat[:, :2].min(axis=0)).max()) if len(flat) else 1.0
-    dot = min(max((300.0 * radius / span) ** 2, 1.5), 40.0) if len(flat) < 40_000 else 1.5
+    dot = min(max((150.0 * radius / span) ** 2, 1.5), 40.0)
     return axes.scatter(
         flat[order, 0],
         flat[order, 1],

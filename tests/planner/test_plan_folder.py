@@ -1,0 +1,187 @@
+"""A written plan proves itself, and every way of spoiling it is noticed and named."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from planner import PlannerError, PlanStatus, check_folder, load_config, plan, synthetic_scene
+from planner.airspace.airspace import Airspace
+from planner.geometry import bezier
+from planner.missions.records import read_json
+
+SETTINGS = ["scale.radius_share=0.03", "seed=4"]
+FILES = {
+    "airspace.npz",
+    "config.toml",
+    "overview.png",
+    "path.csv",
+    "path.json",
+    "report.json",
+    "samples.ply",
+    "scene.json",
+    "viewpoints.csv",
+}
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return synthetic_scene(3, size=(45.0, 40.0), buildings=5, spacing=0.5)
+
+
+@pytest.fixture(scope="module")
+def planned(scene):
+    return plan(scene, load_config(None, SETTINGS))
+
+
+@pytest.fixture(scope="module")
+def written(planned, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("plans") / "plan"
+    planned.save(folder)
+    return folder
+
+
+@pytest.fixture
+def folder(written, tmp_path):
+    return shutil.copytree(written, tmp_path / "plan")
+
+
+def test_the_plan_is_complete_and_every_file_is_there(planned, written):
+    assert planned.status is PlanStatus.COMPLETE
+    assert {entry.name for entry in written.iterdir()} == FILES
+    assert check_folder(written).ok
+
+
+def test_no_point_of_the_curve_is_nearer_than_asked_by_brute_force(planned):
+    controls = planned.flight.path.controls
+    steps = np.linspace(0.0, 1.0, 400)
+    dense = bezier.evaluate(controls[:, None], np.broadcast_to(steps, (len(controls), 400)))
+    nearest, _ = cKDTree(planned.scene.cloud.xyz).query(dense.reshape(-1, 3))
+    assert nearest.min() >= planned.scale.d_min
+    assert planned.airspace.clearance(dense[:, ::20].reshape(-1, 3)).min() >= planned.scale.d_min
+
+
+def test_what_is_certified_is_a_bound_of_what_the_check_finds(planned, written):
+    path = planned.flight.path
+    with np.load(written / "airspace.npz", allow_pickle=False) as arrays:
+        airspace = Airspace.from_arrays(dict(arrays))
+    middle = bezier.evaluate(path.controls, np.full(len(path), 0.5))
+    assert (airspace.clearance(middle) >= path.clearance - 1e-9).all()
+    assert (path.clearance >= planned.scale.d_min).all()
+
+
+def test_report_numbers_agree_with_the_files(planned, written):
+    report = read_json(written / "report.json")
+    lines = (written / "viewpoints.csv").read_text().splitlines()
+    assert report["viewpoints"]["count"] == len(lines) - 1 == len(planned.viewpoints)
+    assert report["path"]["length"] == pytest.approx(planned.flight.path.length)
+    assert sum(report["viewpoints"]["reasons"].values()) == len(planned.samples)
+    assert report["path"]["certified_clearance"] >= report["airspace"]["d_min"]
+
+
+def lines_of(path):
+    return path.read_text().splitlines()
+
+
+def test_a_waypoint_moved_into_a_building_is_named_with_its_clearance(folder, planned):
+    table = folder / "viewpoints.csv"
+    lines = lines_of(table)
+    roof = planned.scene.cloud.xyz[np.argmax(planned.scene.cloud.xyz[:, 2])] - [0.0, 0.0, 1.0]
+    fields = lines[11].split(",")
+    fields[1:4] = [f"{value:.4f}" for value in roof]
+    table.write_text("\n".join([*lines[:11], ",".join(fields), *lines[12:]]) + "\n")
+    result = check_folder(folder)
+    assert not result.ok
+    assert "viewpoints.csv: line 12" in result.problems[0]
+    assert "segment" in result.problems[0]
+    assert "clearance there is" in result.problems[0]
+
+
+def test_a_curve_bent_into_a_building_is_named_with_segment_and_clearance(folder, planned):
+    tree = read_json(folder / "path.json")
+    piece = 20
+    roof = planned.scene.cloud.xyz[np.argmax(planned.scene.cloud.xyz[:, 2])]
+    tree["pieces"][piece]["controls"][1] = tree["pieces"][piece]["controls"][2] = roof.tolist()
+    (folder / "path.json").write_text(json.dumps(tree))
+    result = check_folder(folder)
+    assert not result.ok
+    assert any(problem.startswith(f"segment {piece}: comes within") for problem in result.problems)
+
+
+@pytest.mark.parametrize("line", [1, 57, -1])
+def test_a_line_deleted_from_the_path_table_is_named(folder, line):
+    table = folder / "path.csv"
+    lines = lines_of(table)
+    gone = line % len(lines)
+    table.write_text("\n".join(lines[:gone] + lines[gone + 1 :]) + "\n")
+    result = check_folder(folder)
+    assert not result.ok
+    assert f"path.csv: line {gone + 1}" in result.problems[0]
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.99])
+def test_a_truncated_path_is_named_with_its_line(folder, share):
+    text = (folder / "path.json").read_text()
+    (folder / "path.json").write_text(text[: int(share * len(text))])
+    with pytest.raises(PlannerError, match=r"path\.json: line \d+"):
+        check_folder(folder)
+
+
+def test_a_torn_curve_is_refused(folder):
+    tree = read_json(folder / "path.json")
+    tree["pieces"][5]["controls"][0][2] += 3.0
+    (folder / "path.json").write_text(json.dumps(tree))
+    with pytest.raises(PlannerError, match=r"path\.json: piece 5"):
+        check_folder(folder)
+
+
+@pytest.mark.parametrize(
+    "name", sorted(FILES - {"overview.png", "samples.ply", "config.toml", "report.json"})
+)
+@pytest.mark.parametrize("content", [None, b"", b"\x00\xff garbage"])
+def test_a_missing_or_damaged_file_is_named(folder, name, content):
+    (folder / name).unlink()
+    if content is not None:
+        (folder / name).write_bytes(content)
+    with pytest.raises(PlannerError, match=name) as caught:
+        check_folder(folder)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_airspace_with_pickled_objects_is_refused(folder):
+    np.savez(folder / "airspace.npz", vertices=np.array([{"a": 1}], dtype=object))
+    with pytest.raises(PlannerError, match=r"airspace\.npz"):
+        check_folder(folder)
+
+
+def test_another_scene_file_is_noticed(folder, tmp_path):
+    (tmp_path / "other.ply").write_bytes(b"ply")
+    assert "is not the file" in check_folder(folder, scene=tmp_path / "other.ply").problems[0]
+
+
+def files_of(folder):
+    contents = {entry.name: entry.read_bytes() for entry in folder.iterdir()}
+    report = json.loads(contents["report.json"])
+    del report["timing"]
+    contents["report.json"] = json.dumps(report).encode()
+    return contents
+
+
+@pytest.mark.slow
+def test_the_same_seed_and_the_written_settings_give_the_same_bytes(scene, written, tmp_path):
+    plan(scene, load_config(written / "config.toml")).save(tmp_path / "again")
+    assert files_of(tmp_path / "again") == files_of(written)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("preset", ["cover", "paper"])
+def test_workers_do_not_change_a_byte(scene, tmp_path, preset):
+    import multiprocessing
+
+    config = load_config(None, [*SETTINGS, f"viewpoints.preset={preset}"])
+    plan(scene, config).save(tmp_path / "one")
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        plan(scene, config, map=pool.map).save(tmp_path / "two")
+    assert files_of(tmp_path / "one") == files_of(tmp_path / "two")
