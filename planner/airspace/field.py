@@ -1,0 +1,328 @@
+"""A second opinion on clearance that shares no code with the planner's own.
+
+Distances to triangles come from a grid of cells and a closed formula instead of FCL, the side
+from a lattice of those distances instead of marked cells, and raw points from a k-d tree.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.airspace.storage import read_arrays
+from planner.geometry.arrays import Bools, Floats, Ints, read_only
+from planner.scene.cloud import Mesh
+
+_MOST_CELLS = 30_000_000
+_MOST_LISTS = 4_000_000
+_MOST_ENTRIES = 40_000_000
+_LEVELS = 3
+_HALF_DIAGONAL = 0.5 * float(np.sqrt(3.0))
+_STEPS = 10  # of the walk out of doubt; each about doubles the distance
+
+
+class TriangleCells:
+    """Exact distances to triangles; brute force, but only over the cells that matter.
+
+    Parameters
+    ----------
+    mesh
+        At least one triangle; may be degenerate.
+
+    """
+
+    def __init__(self, mesh: Mesh) -> None:
+        from planner.airspace.field_kernels import list_triangles
+
+        corners = mesh.vertices[mesh.triangles]
+        low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+        extent, boxes = np.maximum(high - low, 1e-6), np.ptp(corners, axis=1)
+        typical = float(np.median(boxes.max(axis=1)))
+        cell = max(2.0 * typical, 1e-3 * float(extent.max()))
+        while (
+            np.prod(np.ceil(extent / cell) + 1.0) > _MOST_LISTS
+            or np.prod(boxes / cell + 2.0, axis=1).sum() > _MOST_ENTRIES
+        ):
+            cell *= 1.1
+        self._origin, self._cell, self._corners = low, cell, corners
+        self._shape = np.ceil(extent / cell).astype(np.int64) + 1
+        scaled = (corners - low) / cell
+        count = np.zeros(int(self._shape.prod()) + 1, dtype=np.int64)
+        total = list_triangles(scaled, self._shape, count, np.zeros(0, np.int64))
+        ends = np.cumsum(count)
+        self._items = np.empty(total, dtype=np.int64)
+        self._start = np.r_[0, ends[:-1]]
+        list_triangles(scaled, self._shape, self._start.copy(), self._items)
+
+    def distance(self, points: Floats) -> Floats:
+        """Distance from each point, shape (m, 3), to the nearest triangle, shape (m,), metres."""
+        from planner.airspace.field_kernels import distances
+
+        out = np.empty(len(points))
+        at = np.ascontiguousarray(points, dtype=np.float64)
+        distances(
+            at,
+            self._corners,
+            self._start,
+            self._items,
+            self._origin,
+            self._cell,
+            self._shape,
+            out,
+        )
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class DistanceField:
+    """Clearance from stored solids alone, for checking what another implementation planned.
+
+    Parameters
+    ----------
+    mesh
+        All triangles of the solids, local metres.
+    obstacles
+        Raw points, shape (P, 3), metres.
+    low, high
+        Corners of the space that is asked about, shape (3,), metres. Nothing beyond it is proven.
+    d_min
+        Clearance that matters, metres; cells are half of it.
+
+    """
+
+    mesh: Mesh
+    obstacles: Floats
+    low: Floats
+    high: Floats
+    d_min: float
+
+    def __post_init__(self) -> None:
+        for name, shape in (("obstacles", (None, 3)), ("low", (3,)), ("high", (3,))):
+            object.__setattr__(self, name, read_only(getattr(self, name), shape, name=name))
+
+    @classmethod
+    def from_arrays(
+        cls, arrays: Mapping[str, NDArray[Any]], *, name: str = "airspace.npz"
+    ) -> "DistanceField":
+        """Build from the arrays of a stored airspace; see :func:`read_arrays` for complaints."""
+        stored = read_arrays(arrays, name=name)
+        return cls(stored.mesh, stored.obstacles, stored.low, stored.high, stored.d_min)
+
+    def surface_distance(self, points: Floats) -> Floats:
+        """Exact unsigned distance from points, (m, 3), to the triangles, (m,), metres."""
+        return self._triangles.distance(points)
+
+    def raw_distance(self, points: Floats) -> Floats:
+        """Exact distance from points, (m, 3), to the nearest raw point, (m,), metres."""
+        if not len(self.obstacles):
+            return np.full(len(points), np.inf)
+        return np.asarray(self._tree.query(points)[0])
+
+    def exact_distance(self, points: Floats) -> Floats:
+        """Exact unsigned distance to triangles and raw points, (m,), metres."""
+        return np.minimum(self.surface_distance(points), self.raw_distance(points))
+
+    def clearance(self, points: Floats) -> Floats:
+        """Signed distance, (m,), metres: exact where proven outside, otherwise negative.
+
+        Minus infinity for points that are not finite or outside of the space asked about.
+        """
+        points = np.asarray(points, dtype=np.float64)
+        clearance = np.full(len(points), -np.inf)
+        known = ((points >= self.low) & (points <= self.high)).all(axis=1)
+        at = points[known]
+        surface = self.surface_distance(at)
+        signed = np.where(self._outside(at, surface), surface, -surface)
+        clearance[known] = np.minimum(signed, self.raw_distance(at))
+        return clearance
+
+    @property
+    def error(self) -> float:
+        """Most that :meth:`lower_bound` loses against the value of a point's cell, metres."""
+        return _HALF_DIAGONAL * self.lattice.cell
+
+    def lower_bound(self, points: Floats) -> Floats:
+        """Lower bound of the clearance, (m,), metres, from the lattice and the raw points.
+
+        Distance changes by at most a metre a metre: the value at the centre of a cell less the
+        way to it holds everywhere in the cell. Minus infinity where the lattice does not prove
+        that a point is outside.
+        """
+        points = np.asarray(points, dtype=np.float64)
+        known = ((points >= self.low) & (points <= self.high)).all(axis=1)
+        bound = np.full(len(points), -np.inf)
+        at = points[known]
+        index = self.lattice.index(at)
+        value = self.lattice.values[tuple(index.T)].astype(np.float64)
+        value -= np.linalg.norm(at - self.lattice.centre(index), axis=1)
+        proven = self.lattice.sky[tuple(index.T)]
+        bound[known] = np.where(proven, np.minimum(value, self.raw_distance(at)), -np.inf)
+        return bound
+
+    def lower_bound_along(self, a: Floats, b: Floats, *, tolerance: float = 0.05) -> Floats:
+        """Lower bound of the clearance along whole segments, within ``tolerance`` of the truth.
+
+        Parameters
+        ----------
+        a, b
+            Ends of the segments, each (m, 3), metres.
+        tolerance
+            Most by which the bound may lie under the least clearance met, metres, positive.
+
+        Returns
+        -------
+        bound
+            Shape (m,), metres. At the ends ``c0`` and ``c1`` of a stretch of length ``L`` no
+            clearance between is less than ``(c0 + c1 - L) / 2``; stretches are halved until
+            that is near enough to the least value met on the segment. Minus infinity where a
+            point met is not proven outside.
+
+        """
+        if not tolerance > 0.0:
+            raise ValueError(f"tolerance must be positive, got {tolerance}.")
+        owner = np.arange(len(a))
+        ends = np.stack([self.clearance(a), self.clearance(b)], axis=1)
+        seen, bound = ends.min(axis=1), np.full(len(a), np.inf)
+        a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+        while len(owner):
+            least = 0.5 * (ends.sum(axis=1) - np.linalg.norm(b - a, axis=1))
+            done = (least >= seen[owner] - tolerance) | (seen[owner] <= 0.0)
+            np.minimum.at(bound, owner[done], np.minimum(least, ends.min(axis=1))[done])
+            a, b, ends, owner = a[~done], b[~done], ends[~done], owner[~done]
+            middle = 0.5 * (a + b)
+            value = self.clearance(middle)
+            np.minimum.at(seen, owner, value)
+            ends = np.concatenate(
+                [np.stack([ends[:, 0], value], axis=1), np.stack([value, ends[:, 1]], axis=1)]
+            )
+            a, b, owner = (
+                np.concatenate([a, middle]),
+                np.concatenate([middle, b]),
+                np.tile(owner, 2),
+            )
+        return np.where(seen > 0.0, bound, -np.inf)
+
+    @cached_property
+    def lattice(self) -> "Lattice":
+        """Distances at the centres of cells, and which cells the sky reaches."""
+        top = max(float(self.high[2]), float(self.mesh.vertices[:, 2].max()))
+        return _lattice(
+            self._triangles, self.low, np.r_[self.high[:2], top], 0.5 * self.d_min, self.d_min
+        )
+
+    def _outside(self, points: Floats, distance: Floats) -> Bools:
+        """Which points are proven outside: steps that no surface can cross lead to the sky.
+
+        Each step of a point in doubt goes almost as far as its nearest surface is, straight away
+        from it. A point farther than ``d_min`` from surfaces, or in the middle between two, stays.
+        """
+        outside: Bools = self.lattice.sky[tuple(self.lattice.index(points).T)]
+        rows = np.flatnonzero(~outside)
+        at, distance = points[rows], distance[rows]
+        for _ in range(_STEPS):
+            going = (distance > 0.0) & (distance < self.d_min)
+            rows, at, distance = rows[going], at[going], distance[going]
+            at = at + 0.99 * distance[:, None] * self._away(at, distance)
+            arrived = self.lattice.holds(at) & self.lattice.sky[tuple(self.lattice.index(at).T)]
+            outside[rows[arrived]] = True
+            room = self.surface_distance(at)
+            going = ~arrived & (room > 1.2 * distance)
+            rows, at, distance = rows[going], at[going], room[going]
+        return outside
+
+    def _away(self, points: Floats, distance: Floats) -> Floats:
+        """Unit directions in which the distance to surfaces grows, shape (m, 3)."""
+        step = 1e-3 * distance
+        rise = [self.surface_distance(points + step[:, None] * axis) for axis in np.eye(3)]
+        slope = (np.stack(rise, axis=1) - distance[:, None]) / step[:, None]
+        return np.asarray(slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-9))
+
+    @cached_property
+    def _triangles(self) -> TriangleCells:
+        return TriangleCells(self.mesh)
+
+    @cached_property
+    def _tree(self) -> Any:
+        from scipy.spatial import KDTree
+
+        return KDTree(self.obstacles)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lattice:
+    """Lower bounds of the distance to surfaces on a lattice, and the sky's cells.
+
+    Parameters
+    ----------
+    values
+        Lower bound at each cell's centre, shape (nx, ny, nz), float32, metres; exact but for
+        rounding near surfaces.
+    sky
+        Cells without any surface that hang together with the top layer, same shape.
+    origin
+        Lowest corner, shape (3,), metres.
+    cell
+        Cell width, metres.
+
+    """
+
+    values: NDArray[np.float32]
+    sky: Bools
+    origin: Floats
+    cell: float
+
+    def holds(self, points: Floats) -> Bools:
+        """Which points lie in the lattice."""
+        top = self.origin + np.array(self.values.shape) * self.cell
+        return np.asarray(((points >= self.origin) & (points < top)).all(axis=1))
+
+    def index(self, points: Floats) -> Ints:
+        """Cell of each point, clipped to the lattice, shape (m, 3)."""
+        at = np.floor((points - self.origin) / self.cell).astype(np.int64)
+        return np.asarray(at.clip(0, np.array(self.values.shape) - 1))
+
+    def centre(self, index: Ints) -> Floats:
+        """Centre of each cell, shape (m, 3), metres."""
+        return np.asarray(self.origin + (index + 0.5) * self.cell)
+
+
+def _lattice(
+    triangles: TriangleCells, low: Floats, high: Floats, cell: float, d_min: float
+) -> Lattice:
+    """Fill a lattice from coarse blocks to single cells, and flood its empty cells.
+
+    A block is not cut further once all of it is clear by more than ``d_min`` and a cell.
+    """
+    from scipy.ndimage import label
+
+    from planner.airspace.field_kernels import fill_blocks
+
+    while np.prod(np.ceil((high - low) / cell) + 4.0) > _MOST_CELLS:
+        cell *= 1.05
+    origin = low - 2.0 * cell
+    shape = np.ceil((high - low) / cell).astype(np.int64) + 4
+    values = np.empty(tuple(shape), dtype=np.float32)
+    width = 2**_LEVELS
+    blocks = _steps(-(-shape // width)) * width
+    while width:
+        distance = triangles.distance(origin + (blocks + 0.5 * width) * cell)
+        radius = _HALF_DIAGONAL * width * cell
+        whole = distance - radius >= d_min + _HALF_DIAGONAL * cell
+        whole |= np.full(len(blocks), width == 1)
+        safe = distance[whole] * (1.0 - 1e-6) - 1e-6  # float32 holds about seven digits
+        fill_blocks(values, blocks[whole], width, safe, cell)
+        blocks, width = blocks[~whole], width // 2
+        blocks = (blocks[:, None, :] + _steps(np.full(3, 2)) * width).reshape(-1, 3)
+        blocks = blocks[(blocks < shape).all(axis=1)]
+    parts, _ = label(values > _HALF_DIAGONAL * cell)
+    top = np.unique(parts[:, :, -1])
+    return Lattice(values, np.isin(parts, top[top > 0]), origin, cell)
+
+
+def _steps(shape: Ints) -> Ints:
+    """All index triples below ``shape``, (n, 3)."""
+    grids = np.meshgrid(*(np.arange(n) for n in shape), indexing="ij")
+    return np.stack(grids, axis=-1).reshape(-1, 3)
