@@ -67,8 +67,8 @@ def _square_to_triangle(x: float, y: float, z: float, corners: Array) -> float:
         in_b = (vy * bz - vz * by) * nx + (vz * bx - vx * bz) * ny + (vx * by - vy * bx) * nz
         in_c = (wy * cz - wz * cy) * nx + (wz * cx - wx * cz) * ny + (wx * cy - wy * cx) * nz
         if in_a >= 0.0 and in_b >= 0.0 and in_c >= 0.0:
-            height: float = ax * nx + ay * ny + az * nz
-            return height * height / square
+            height = ax * nx + ay * ny + az * nz
+            return float(height * height / square)
     to_ab, to_bc = _square_to_edge(ax, ay, az, ux, uy, uz), _square_to_edge(bx, by, bz, vx, vy, vz)
     return min(to_ab, to_bc, _square_to_edge(cx, cy, cz, wx, wy, wz))
 
