@@ -34,7 +34,8 @@ def best_aims(  # noqa: PLR0917 - compiled
     gain = np.empty(aims, dtype=np.int64)
     one = np.uint64(1)
     for v in range(len(positions)):
-        gain[:] = 0
+        for a in range(aims):
+            gain[a] = 0
         for at in range(indptr[v], indptr[v + 1]):
             s = sample[at]
             x = samples[s, 0] - positions[v, 0]

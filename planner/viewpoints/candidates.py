@@ -122,7 +122,7 @@ def generate_candidates(
     sizes = np.empty((len(positions), aims), dtype=np.int64)
     masks = np.empty(len(pairs), dtype=np.uint64)
     best_aims(
-        *(np.ascontiguousarray(positions), samples.xyz, pairs.indptr, pairs.sample),
+        *(np.array(positions), samples.xyz, pairs.indptr, pairs.sample),
         *(camera_axes(yaw, pitch), np.array(picture_bounds(camera)), whole),
         *(chosen, sizes, masks),
     )

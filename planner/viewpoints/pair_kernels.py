@@ -60,7 +60,7 @@ def facing_pairs(  # noqa: PLR0917 - compiled
             stages[2, s] += 1
             sample[count] = s
             distance[count] = length
-            cosine[count] = min(1.0, along / length)
+            cosine[count] = along / length
             if sectors < 2 or along >= cap * length:
                 sector[count] = 0
             else:

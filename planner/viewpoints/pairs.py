@@ -139,7 +139,7 @@ def _block(
         ]
     )
     count = facing_pairs(
-        *(np.ascontiguousarray(positions), samples.xyz, samples.normals),
+        *(np.array(positions), samples.xyz, samples.normals),  # one type: one compilation
         *(_level_tangents(samples.normals), rows, limits, rule.sectors),
         *(indptr, sample, distance, cosine, sector, stages),
     )
