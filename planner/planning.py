@@ -16,6 +16,7 @@ from planner.config import CameraSettings, Config
 from planner.errors import PlannerError
 from planner.findings import Finding
 from planner.flight.fly import Flight, plan_flight
+from planner.geometry.arrays import Floats
 from planner.route.order import Route, order_viewpoints
 from planner.scale import Scale, derive_scale
 from planner.scene.load import load_scene
@@ -24,8 +25,12 @@ from planner.surface.quality import score_quality
 from planner.surface.reconstruct import reconstruct_surface
 from planner.surface.samples import ScoredSamples, Surface
 from planner.viewpoints.camera import Camera
-from planner.viewpoints.select import Selection, select_viewpoints
+from planner.viewpoints.select import select_viewpoints
+from planner.viewpoints.selection import Selection, reassess
 from planner.viewpoints.viewpoints import Viewpoints
+
+SAME_PLACE = 1e-3
+"""Positions nearer to each other than this, metres, are one: they differ by rounding."""
 
 Listener = Callable[[str, str], None]
 Mapper = Callable[..., Any]
@@ -140,9 +145,58 @@ def plan(
     """
     config = Config() if config is None else config
     clock = _Clock(listener)
+    prior = _study(source, config, clock)
+    tried = _attempt(prior, prior.positions, config, map, clock)
+    if tried.dropped:
+        again = _attempt(prior, _away_from(prior.positions, tried), config, map, clock)
+        tried = again if again.dropped < tried.dropped else tried
+    return Plan(
+        config=config,
+        scene=prior.scene,
+        scale=prior.scale,
+        surface=prior.surface,
+        samples=prior.samples,
+        airspace=prior.airspace,
+        selection=tried.selection,
+        viewpoints=tried.flight.viewpoints,
+        route=tried.route,
+        flight=tried.flight,
+        findings=(*tried.selection.findings, *tried.flight.findings),
+        timing=clock.seconds,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Prior:
+    """What is known before photos are chosen (paper sections 3.2 and 3.3.1)."""
+
+    scene: Scene
+    camera: Camera
+    scale: Scale
+    surface: Surface
+    samples: ScoredSamples
+    airspace: Airspace
+    positions: Floats
+    voxel: float
+
+    def need(self, count: int, complaint: str) -> None:
+        """Refuse to go on with nothing."""
+        if not count:
+            raise PlannerError(
+                f"{self.scene.source or self.scene.name}: {complaint} "
+                f"(d_min {self.scale.d_min:.4g} m, d_max {self.scale.d_max:.4g} m); "
+                "change scale.d_min, scale.gsd or the zones"
+            )
+
+
+def _study(source: Scene | str | Path, config: Config, clock: "_Clock") -> _Prior:
+    """Read the scene, score what is known of it, and find where the drone may be."""
     with clock.stage("scene"):
         scene = source if isinstance(source, Scene) else load_scene(source, config.scene)
-        clock.tell(f"{len(scene.cloud):,} points, {_size(scene.box.size)} m")
+        size = " x ".join(f"{length:.1f}" for length in scene.box.size)
+        clock.tell(f"{len(scene.cloud):,} points, {size} m")
+        for note in scene.notes:
+            clock.tell(note)
     camera = camera_of(config.camera)
     scale = derive_scale(scene, camera, config.scale)
     for rule in scale.rules:
@@ -166,60 +220,86 @@ def plan(
             scene, surface.mesh, d_min=scale.d_min, d_max=scale.d_max, settings=config.airspace
         )
         grid = candidate_positions(
-            airspace,
-            box=scene.box,
-            voxel=scale.voxel,
-            limit=config.viewpoints.max_candidates,
+            airspace, box=scene.box, voxel=scale.voxel, limit=config.viewpoints.max_candidates
         )
         clock.tell(f"{len(grid.positions):,} free positions, {grid.voxel:.3g} m apart")
-    _need(len(grid.positions), scene, scale, "no position is free and near enough to see the scene")
+    prior = _Prior(scene, camera, scale, surface, samples, airspace, grid.positions, grid.voxel)
+    prior.need(len(grid.positions), "no position is free and near enough to see the scene")
+    return prior
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Attempt:
+    """One choice of photos with the flight through them."""
+
+    selection: Selection
+    route: Route
+    flight: Flight
+    chosen: Viewpoints
+
+    @property
+    def dropped(self) -> int:
+        """Number of chosen viewpoints that no safe flight reaches."""
+        return len(self.chosen) - len(self.flight.kept)
+
+
+def _attempt(
+    prior: _Prior, positions: Floats, config: Config, spread: Mapper, clock: "_Clock"
+) -> _Attempt:
+    """Choose photos among these positions, order them, and fly through them."""
+    scale, mesh, samples = prior.scale, prior.surface.mesh, prior.samples
+    distances = {"d_min": scale.d_min, "d_max": scale.d_max, "gsd": scale.gsd}
     with clock.stage("viewpoints"):
         selection = select_viewpoints(
-            grid.positions,
-            surface.mesh,
+            positions,
+            mesh,
             samples,
-            camera,
+            prior.camera,
             settings=config.viewpoints,
-            d_min=scale.d_min,
-            d_max=scale.d_max,
-            gsd=scale.gsd,
-            voxel=grid.voxel,
+            **distances,
+            voxel=prior.voxel,
             seed=config.seed,
-            map=map,
-            airspace=airspace,
+            map=spread,
+            airspace=prior.airspace,
         )
         clock.tell(f"{len(selection.viewpoints)} viewpoints")
-    _need(len(selection.viewpoints), scene, scale, "no free position sees any of the surface")
+    prior.need(len(selection.viewpoints), "no free position sees any of the surface")
     with clock.stage("route"):
         chosen = selection.viewpoints.rounded()
-        route = order_viewpoints(chosen, settings=config.route, box=scene.box, seed=config.seed)
+        box = prior.scene.box
+        route = order_viewpoints(chosen, settings=config.route, box=box, seed=config.seed)
+        chosen = chosen.take(route.order)
         clock.tell(f"length {route.length:.0f} m, switching cost {route.cost:.3f}")
     with clock.stage("flight"):
-        ordered = chosen.take(route.order)
         flight = plan_flight(
-            ordered,
-            airspace,
+            chosen,
+            prior.airspace,
             settings=config.flight,
             closed=config.route.closed,
             seed=config.seed,
         )
-        viewpoints = flight.viewpoints
-        clock.tell(f"{len(flight.path.controls)} certified pieces")
-    findings = (*selection.findings, *flight.findings)
-    return Plan(
-        config,
-        scene,
-        scale,
-        surface,
-        samples,
-        airspace,
-        selection,
-        viewpoints,
-        route,
-        flight,
-        findings,
-        clock.seconds,
-    )
+        prior.need(len(flight.kept), "no photo can be flown to safely")
+        clock.tell(f"{len(flight.path)} certified pieces, {len(flight.repaired)} legs repaired")
+    if len(flight.kept) < len(chosen):
+        selection = reassess(
+            selection,
+            flight.viewpoints,
+            mesh,
+            samples,
+            prior.camera,
+            settings=config.viewpoints,
+            **distances,
+        )
+    return _Attempt(selection, route, flight, chosen)
+
+
+def _away_from(positions: Floats, tried: _Attempt) -> Floats:
+    """Positions without those that were chosen and could not be flown to."""
+    from scipy.spatial import cKDTree
+
+    dropped = np.delete(tried.chosen.positions, tried.flight.kept, axis=0)
+    near = np.asarray(cKDTree(dropped).query(positions)[0])
+    return positions[near > SAME_PLACE]
 
 
 class _Clock:
@@ -237,22 +317,9 @@ class _Clock:
         self.tell("")
         start = time.perf_counter()
         yield
-        self.seconds[name] = time.perf_counter() - start
+        self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
 
     def tell(self, sentence: str) -> None:
         """Pass a sentence of the running stage to the listener."""
         if self._listener is not None:
             self._listener(self._stage, sentence)
-
-
-def _need(count: int, scene: Scene, scale: Scale, complaint: str) -> None:
-    """Refuse to go on with nothing."""
-    if not count:
-        raise PlannerError(
-            f"{scene.source or scene.name}: {complaint} (d_min {scale.d_min:.4g} m, "
-            f"d_max {scale.d_max:.4g} m); change scale.d_min, scale.gsd or the zones"
-        )
-
-
-def _size(size: np.ndarray) -> str:
-    return " x ".join(f"{length:.1f}" for length in size)

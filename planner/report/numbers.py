@@ -87,7 +87,7 @@ def summary(plan: "Plan") -> dict[str, Any]:
         },
         "viewpoints": {
             "count": len(plan.viewpoints),
-            "selected": len(selection.viewpoints),
+            "selected": len(plan.route.order),
             "kinds": {
                 kind: plan.viewpoints.kind.count(kind) for kind in sorted(set(plan.viewpoints.kind))
             },
@@ -106,7 +106,7 @@ def summary(plan: "Plan") -> dict[str, Any]:
             "pieces": len(path),
             "legs": int(path.leg[-1]) + 1 if len(path) else 0,
             "repaired_legs": len(np.unique(path.leg[path.repaired])),
-            "dropped_viewpoints": len(selection.viewpoints) - len(plan.viewpoints),
+            "dropped_viewpoints": len(plan.route.order) - len(plan.viewpoints),
             "length": path.length,
             "speed": speed,
             "duration": float(rows[-1, 0]) if len(rows) else 0.0,
