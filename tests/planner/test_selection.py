@@ -1,6 +1,8 @@
 """Chosen viewpoints: candidates, demands met, reasons, and the paper's marks."""
 
 import pickle
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 
 import numpy as np
 import pytest
@@ -381,3 +383,20 @@ def test_demand_is_clipped_to_what_can_be_had():
     got = demand.clipped(np.array([5, 2, 0]), np.array([1, 3, 0]))
     assert got.hits.tolist() == [3, 2, 0]
     assert got.sectors.tolist() == [1, 2, 0]
+
+
+@pytest.mark.slow
+def test_a_pool_of_two_processes_gives_the_same_viewpoints():
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        second = select(preset="paper", map=pool.map).viewpoints
+    first = select(preset="paper").viewpoints
+    np.testing.assert_array_equal(first.positions, second.positions)
+    np.testing.assert_array_equal(first.yaw_deg, second.yaw_deg)
+
+
+def test_nothing_to_see_needs_no_photos():
+    nothing = ScoredSamples(*[np.empty((0, 3))] * 2, np.empty(0), 1.0, *[np.empty(0)] * 3)
+    for preset in ("cover", "paper"):
+        selection = select(samples=nothing, preset=preset)
+        assert len(selection.viewpoints) == 0
+        assert selection.findings == ()
