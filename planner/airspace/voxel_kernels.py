@@ -15,7 +15,7 @@ from planner.airspace.compiled import compiled
 Array = NDArray[Any]
 
 SHELL = np.uint8(1)  # a surface or a point touches the cell
-FILL = np.uint8(2)  # under a surface that faces up, with no underside between
+FILL = np.uint8(2)  # no shell, under a surface that faces up, with no underside between
 EARTH = np.uint8(4)  # centre under the terrain
 CLOSED = np.uint8(8)  # too near to any of these for the flood
 SKY = np.uint8(16)  # reached from the open sky
@@ -140,7 +140,7 @@ def fill_columns(flags: Array, ground: Array, under_roofs: bool) -> None:
                     inside = True
                 elif crossed == DOWN:
                     inside = False
-                elif inside and crossed == 0 and under_roofs:
+                elif inside and under_roofs and flags[i, j, k] & SHELL == 0:
                     flags[i, j, k] |= FILL
 
 
