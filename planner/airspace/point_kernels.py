@@ -5,7 +5,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from planner.airspace.compiled import compiled
+from planner.geometry.compiled import compiled
 
 Array = NDArray[Any]
 

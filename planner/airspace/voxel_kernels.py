@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.airspace.compiled import compiled
+from planner.geometry.compiled import compiled
 
 Array = NDArray[Any]
 

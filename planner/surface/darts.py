@@ -1,12 +1,12 @@
 """Compiled dart throwing; loaded only when samples are drawn."""
 
 import numpy as np
-from numba import njit
 
 from planner.geometry.arrays import Bools, Floats
+from planner.geometry.compiled import compiled
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled
 def throw_darts(points: Floats, radius: float) -> Bools:
     """Accept points in order, each unless an accepted one is closer than ``radius``.
 

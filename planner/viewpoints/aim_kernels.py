@@ -3,13 +3,14 @@
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from planner.geometry.compiled import compiled
 
 Array = NDArray[Any]
 
 
-@njit(cache=True)
+@compiled
 def best_aims(  # noqa: PLR0917 - compiled
     positions: Array,
     samples: Array,
@@ -82,7 +83,7 @@ def best_aims(  # noqa: PLR0917 - compiled
             seen |= bit
 
 
-@njit(cache=True)
+@compiled
 def list_pairs(indptr: Array, masks: Array, owner: Array, aim: Array, out: Array) -> None:
     """Write the pairs that each candidate (position ``owner``, ``aim``) holds, in order."""
     count = 0

@@ -3,13 +3,14 @@
 import math
 from typing import Any
 
-from numba import njit
 from numpy.typing import NDArray
+
+from planner.geometry.compiled import compiled
 
 Array = NDArray[Any]
 
 
-@njit(cache=True)
+@compiled
 def facing_pairs(  # noqa: PLR0917 - compiled
     positions: Array,
     samples: Array,

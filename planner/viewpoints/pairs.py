@@ -139,9 +139,19 @@ def _block(
         ]
     )
     count = facing_pairs(
-        *(np.array(positions), samples.xyz, samples.normals),  # one type: one compilation
-        *(_level_tangents(samples.normals), rows, limits, rule.sectors),
-        *(indptr, sample, distance, cosine, sector, stages),
+        np.array(positions),  # one type: one compilation
+        samples.xyz,
+        samples.normals,
+        _level_tangents(samples.normals),
+        rows,
+        limits,
+        rule.sectors,
+        indptr,
+        sample,
+        distance,
+        cosine,
+        sector,
+        stages,
     )
     owner = np.repeat(np.arange(len(positions)), np.diff(indptr))
     ends = positions.astype(np.float32)[owner]

@@ -1,12 +1,12 @@
 """LZF decompression, compiled: the format of binary_compressed PCD files."""
 
-import numba
 import numpy as np
 
 from planner.geometry.arrays import Bytes
+from planner.geometry.compiled import compiled
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled
 def unpack(packed: Bytes, size: int) -> tuple[Bytes, int]:
     """Unpack an LZF stream.
 
