@@ -9,6 +9,7 @@ from planner.geometry.arrays import Floats, Ints, read_only
 from planner.scene.scene import Box
 
 _MOST_VOXELS = 4_000_000  # in the whole box, free or not
+_SPARE = 2e-3  # metres more than d_min, so that positions rounded for a file stay free
 _FIRST_LOOK = 20_000  # voxels of the coarse lattice that the free volume is guessed from
 _LEVELS = 3  # blocks of 8 x 8 x 8 voxels are decided at once where possible
 
@@ -84,7 +85,7 @@ def _free_centres(airspace: Airspace, box: Box, size: Floats, voxel: float) -> F
     voxels if it is far enough from both limits; blocks in doubt are cut in eight.
     """
     shape = np.maximum(np.floor(size / voxel), 1.0).astype(np.int64)
-    corner = -0.5 * shape * voxel
+    corner, least = -0.5 * shape * voxel, airspace.d_min + _SPARE
     found: list[Ints] = []
     width = 2**_LEVELS
     blocks = _lattice(-(-shape // width)) * width
@@ -92,8 +93,8 @@ def _free_centres(airspace: Airspace, box: Box, size: Floats, voxel: float) -> F
         local = corner + (blocks + 0.5 * width) * voxel
         low, high = airspace.clearance_range(box.centre + local @ box.axes)
         radius = 0.5 * np.sqrt(3.0) * (width - 1) * voxel  # to the outermost centres
-        some = (high + radius >= airspace.d_min) & (low - radius <= airspace.d_max)
-        every = (low - radius >= airspace.d_min) & (high + radius <= airspace.d_max)
+        some = (high + radius >= least) & (low - radius <= airspace.d_max)
+        every = (low - radius >= least) & (high + radius <= airspace.d_max)
         found.append(_voxels(blocks[every], width))
         blocks, width = blocks[some & ~every], width // 2
         blocks = _split(blocks, width) if width else blocks[:0]

@@ -12,6 +12,7 @@ import numpy as np
 from planner.geometry.arrays import Floats
 from planner.scene.cloud import Mesh
 
+_THIN = 1e-7  # metres
 _SLACK = 1e-5  # metres: FCL's capsule test reports contacts up to 1e-6 m too late
 
 
@@ -29,6 +30,7 @@ class Triangles:
         import fcl
 
         self._fcl = fcl
+        mesh = _fattened(mesh)
         model = fcl.BVHModel()
         model.beginModel(len(mesh.vertices), len(mesh))
         model.addSubModel(np.array(mesh.vertices), np.array(mesh.triangles))
@@ -70,6 +72,31 @@ class Triangles:
         pose = self._fcl.Transform(_along((b - a) / (2.0 * half)), middle)
         swept = self._fcl.CollisionObject(capsule, pose)
         return not self._fcl.collide(swept, self._solid, self._contact, self._fcl.CollisionResult())
+
+
+def _fattened(mesh: Mesh) -> Mesh:
+    """Give triangles without an area one, since FCL takes their distance to all places for zero.
+
+    The longest edge stays, and the third corner moves off it by a ten-thousandth of a millimetre.
+    """
+    corners = mesh.vertices[mesh.triangles]
+    edges = np.roll(corners, -1, axis=1) - corners
+    lengths = np.linalg.norm(edges, axis=2)
+    area2 = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    flat = np.flatnonzero(area2 <= 1e-10 * lengths.max(axis=1) ** 2)
+    if not len(flat):
+        return mesh
+    longest = lengths[flat].argmax(axis=1)
+    start = corners[flat, longest]
+    end = start + edges[flat, longest]
+    side = np.eye(3)[np.abs(end - start).argmin(axis=1)]  # far from parallel to the edge
+    end = np.where(
+        (end == start).all(axis=1, keepdims=True), start + _THIN * side[:, [2, 0, 1]], end
+    )
+    added = np.stack([start, end, start + _THIN * side], axis=1).reshape(-1, 3)
+    triangles = mesh.triangles.copy()
+    triangles[flat] = len(mesh.vertices) + np.arange(len(added)).reshape(-1, 3)
+    return Mesh(np.concatenate([mesh.vertices, added]), triangles)
 
 
 def _along(axis: Floats) -> Floats:

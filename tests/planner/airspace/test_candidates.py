@@ -1,0 +1,88 @@
+"""Candidate positions against asking every voxel, one by one."""
+
+import numpy as np
+import pytest
+
+from planner.airspace.airspace import build_airspace
+from planner.airspace.candidates import candidate_positions
+from planner.config import AirspaceSettings, ZoneSettings
+
+BLOCKS = [((-14, -14, 0), (-6, -6, 12)), ((4, -12, 0), (12, -2, 7)), ((2, 6, 9), (16, 10, 10))]
+
+
+@pytest.fixture(scope="module")
+def place(make):
+    scene = make.scene([[0, 0, 14.0]], turn=0.3)
+    zone = ZoneSettings(polygon=((-30, 5), (-10, 5), (-10, 20), (-30, 20)))
+    limits = AirspaceSettings(zones=(zone,), ceiling=22.0)
+    mesh = make.boxes(BLOCKS)
+    return scene, build_airspace(scene, mesh, d_min=2.0, d_max=9.0, settings=limits)
+
+
+def all_voxels(scene, airspace, voxel):
+    shape = np.floor((scene.box.size + 2 * airspace.d_max) / voxel).astype(int)
+    index = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).reshape(-1, 3)
+    return scene.box.centre + ((index + 0.5 - 0.5 * shape) * voxel) @ scene.box.axes
+
+
+@pytest.mark.parametrize("voxel", [2.6, 7.0])
+def test_exactly_the_free_voxel_centres_near_solids_are_found(place, voxel):
+    scene, airspace = place
+    grid = candidate_positions(airspace, box=scene.box, voxel=voxel, limit=10**6)
+    every = all_voxels(scene, airspace, voxel)
+    clearance = airspace.clearance(every)
+    wanted = every[airspace.is_free(every) & (clearance <= airspace.d_max)]
+    assert grid.voxel == voxel
+    sure = np.abs(clearance - airspace.d_min) > 0.01  # a hair more than d_min is asked for
+    extra = every[airspace.is_free(every) & (clearance <= airspace.d_max) & ~sure]
+    assert len(wanted) - len(extra) <= len(grid) <= len(wanted)
+    rows = {tuple(row) for row in np.round(wanted, 9)}
+    assert rows.issuperset(tuple(row) for row in np.round(grid.positions, 9))
+
+
+def test_too_many_become_fewer_by_wider_voxels(place):
+    scene, airspace = place
+    many = candidate_positions(airspace, box=scene.box, voxel=1.0, limit=10**6)
+    few = candidate_positions(airspace, box=scene.box, voxel=1.0, limit=800)
+    assert len(many) > 5000
+    assert 400 < len(few) <= 800
+    assert few.voxel > 1.0
+    assert airspace.is_free(few.positions).all()
+    assert airspace.clearance(few.positions).max() <= airspace.d_max
+    again = candidate_positions(airspace, box=scene.box, voxel=1.0, limit=800)
+    np.testing.assert_array_equal(again.positions, few.positions)
+
+
+def test_absurdly_small_voxels_take_neither_time_nor_memory(place):
+    scene, airspace = place
+    grid = candidate_positions(airspace, box=scene.box, voxel=1e-4, limit=300)
+    assert 100 < len(grid) <= 300
+
+
+def test_neighbours_are_a_voxel_apart_along_the_box(place):
+    scene, airspace = place
+    grid = candidate_positions(airspace, box=scene.box, voxel=3.0, limit=10**6)
+    local = (grid.positions - scene.box.centre) @ scene.box.axes.T
+    shape = np.floor((scene.box.size + 18.0) / 3.0)
+    steps = local / 3.0 + 0.5 * shape - 0.5
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
+
+
+def test_no_room_gives_no_positions(place, make):
+    scene, _ = place
+    everywhere = ZoneSettings(polygon=((-99, -99), (99, -99), (99, 99), (-99, 99)))
+    shut = build_airspace(
+        scene,
+        make.boxes(BLOCKS),
+        d_min=2.0,
+        d_max=9.0,
+        settings=AirspaceSettings(zones=(everywhere,)),
+    )
+    assert candidate_positions(shut, box=scene.box, voxel=3.0, limit=100).positions.shape == (0, 3)
+
+
+@pytest.mark.parametrize(("voxel", "limit"), [(0.0, 10), (-1.0, 10), (np.nan, 10), (1.0, 0)])
+def test_nonsense_is_refused(place, voxel, limit):
+    scene, airspace = place
+    with pytest.raises(ValueError, match="positive"):
+        candidate_positions(airspace, box=scene.box, voxel=voxel, limit=limit)
