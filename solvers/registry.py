@@ -22,6 +22,19 @@ BUILT_IN: dict[str, dict[str, str]] = {
     },
     "motion": {
         "rrt-connect": "solvers.motion.ompl_planners:RRTConnect",
+        "rrt-star": "solvers.motion.ompl_anytime:RRTstar",
+        "informed-rrt-star": "solvers.motion.ompl_anytime:InformedRRTstar",
+        "sorrt-star": "solvers.motion.ompl_anytime:SORRTstar",
+        "bit-star": "solvers.motion.ompl_anytime:BITstar",
+        "aorrtc": "solvers.motion.ompl_anytime:AORRTC",
+        "fmt": "solvers.motion.ompl_anytime:FMT",
+        "bfmt": "solvers.motion.ompl_anytime:BFMT",
+        "prm": "solvers.motion.ompl_anytime:PRM",
+        "prm-star": "solvers.motion.ompl_anytime:PRMstar",
+        "rrt": "solvers.motion.ompl_planners:RRT",
+        "kpiece": "solvers.motion.ompl_planners:KPIECE",
+        "bkpiece": "solvers.motion.ompl_planners:BKPIECE",
+        "lbkpiece": "solvers.motion.ompl_planners:LBKPIECE",
     },
 }
 """Family -> name -> ``"module:Class"``. Third parties use entry points instead."""
