@@ -193,8 +193,12 @@ def _prism_record(prism: Prism) -> dict[str, Any]:
 
 def _zones(arrays: Mapping[str, NDArray[Any]], ceiling: float, ground: Ground, name: str) -> Zones:
     """Prisms from their JSON text, and the ceiling."""
+    if "zones" not in arrays:
+        raise PlannerError(_complaint(name, "zones is missing"))
     try:
         records = json.loads(str(arrays["zones"][()]))
+        if not isinstance(records, list):
+            raise TypeError(f"a list is wanted, not {type(records).__name__}")
         prisms = tuple(
             Prism(
                 {"keep_out": "keep_out", "keep_in": "keep_in"}[record["kind"]],  # type: ignore[arg-type]
