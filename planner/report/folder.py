@@ -15,6 +15,7 @@ from planner.missions.records import write_json, write_points
 from planner.missions.tables import write_path_table, write_viewpoints
 from planner.report.numbers import summary, versions
 from planner.report.overview import draw_overview
+from planner.scene.cloud import PointCloud
 
 if TYPE_CHECKING:
     from planner.planning import Plan
@@ -137,8 +138,8 @@ def _draw(plan: "Plan", draft: Path) -> None:
     """Draw the overview."""
     from scipy.spatial import cKDTree
 
-    samples, path = plan.samples, plan.flight.path
-    near = np.asarray(cKDTree(samples.xyz).query(plan.surface.thinned.xyz)[1])
+    samples, path, thinned = plan.samples, plan.flight.path, plan.surface.thinned
+    near = np.asarray(cKDTree(samples.xyz).query(thinned.xyz)[1])
     parameter = np.linspace(0.0, 1.0, CURVE_POINTS)
     curve = bezier.evaluate(
         path.controls[:, None], np.broadcast_to(parameter, (len(path), CURVE_POINTS))
@@ -152,7 +153,10 @@ def _draw(plan: "Plan", draft: Path) -> None:
         draft / "overview.png",
         title=f"{plan.scene.name}: {len(plan.viewpoints)} viewpoints, {flown['length']:.0f} m, "
         f"{flown['duration'] / 60.0:.1f} min",
-        points=np.vstack([plan.surface.thinned.xyz, samples.xyz]),
+        cloud=PointCloud(
+            np.vstack([thinned.xyz, samples.xyz]),
+            None if thinned.normals is None else np.vstack([thinned.normals, samples.normals]),
+        ),
         quality=np.concatenate([samples.quality[near], samples.quality]),
         radius=samples.radius,
         viewpoints=plan.viewpoints,

@@ -2,11 +2,12 @@
 
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.geometry.arrays import Bools, Floats
+from planner.scene.cloud import PointCloud
 from planner.viewpoints.viewpoints import Viewpoints
 
 if TYPE_CHECKING:
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
 INK, PAPER = "#1b2733", "#ffffff"
 PATH_COLOUR, REPAIRED_COLOUR, VIEW_COLOUR = "#14558f", "#d1007a", "#1b2733"
 START_COLOUR = "#f0a202"
+QUALITY_MAP = "RdYlGn"
+PALE = 0.35  # share of white in the points, so that the path stands out
+LIGHT = np.array([-0.45, -0.55, 0.70])
 TOP = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 MOST_POINTS = 120_000
 
@@ -37,7 +41,7 @@ def draw_overview(
     path: Path,
     *,
     title: str,
-    points: Floats,
+    cloud: PointCloud,
     quality: Floats,
     radius: float,
     viewpoints: Viewpoints,
@@ -53,8 +57,8 @@ def draw_overview(
         PNG file to write.
     title
         Line above the picture.
-    points, quality
-        Points of the scene, shape (N, 3), metres, and the quality of each in [0, 1], shape (N,).
+    cloud, quality
+        Points of the scene, with normals if known, and the quality of each in [0, 1], shape (N,).
     radius
         Size that a point stands for, metres.
     viewpoints
@@ -69,17 +73,16 @@ def draw_overview(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    if len(points) > MOST_POINTS:
-        rows = np.linspace(0, len(points) - 1, MOST_POINTS).astype(np.int64)
-        points, quality = points[rows], quality[rows]
+    if len(cloud) > MOST_POINTS:
+        rows = np.linspace(0, len(cloud) - 1, MOST_POINTS).astype(np.int64)
+        cloud, quality = cloud.take(rows), quality[rows]
     figure = Figure(figsize=(17.0, 9.0), dpi=110, facecolor=PAPER)
     FigureCanvasAgg(figure)
     panels = figure.subplots(1, 2, gridspec_kw={"width_ratios": (1.0, 1.15)})
-    shown: Any = None
     for axes, view, name in zip(panels, (TOP, oblique()), ("top", "oblique"), strict=True):
-        shown = _points(axes, view, points, quality, radius)
+        _points(axes, view, cloud, quality, radius)
         _flight(axes, view, viewpoints, curve, repaired)
-        _frame(axes, np.vstack([points, viewpoints.positions, curve]) @ view.T)
+        _frame(axes, np.vstack([cloud.xyz, viewpoints.positions, curve]) @ view.T)
         axes.set_title(f"{name} view", fontsize=11, color=INK)
     panels[0].set_xlabel("local x, metres")
     panels[0].set_ylabel("local y, metres")
@@ -88,7 +91,8 @@ def draw_overview(
     _legend(panels[1], bool(repaired.any()))
     figure.subplots_adjust(left=0.05, right=0.93, top=0.90, bottom=0.09, wspace=0.05)
     bar = figure.add_axes((0.945, 0.15, 0.012, 0.68))
-    figure.colorbar(shown, cax=bar, label="quality of the coarse model (0 unknown, 1 well known)")
+    scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(0.0, 1.0), QUALITY_MAP)
+    figure.colorbar(scale, cax=bar, label="quality of the coarse model (0 unknown, 1 well known)")
     figure.suptitle(title, fontsize=15, color=INK, x=0.05, ha="left", fontweight="bold")
     figure.text(0.05, 0.02, caption, fontsize=10, color=INK)
     buffer = io.BytesIO()
@@ -97,20 +101,21 @@ def draw_overview(
     path.write_bytes(buffer.getvalue())
 
 
-def _points(axes: "Axes", view: Floats, points: Floats, quality: Floats, radius: float) -> Any:
-    """Draw the scene's points by quality, far ones first."""
-    flat = points @ view.T
+def _points(axes: "Axes", view: Floats, cloud: PointCloud, quality: Floats, radius: float) -> None:
+    """Draw the scene's points by quality, far ones first, shaded by how they face the light."""
+    import matplotlib as mpl
+
+    flat = cloud.xyz @ view.T
     order = np.argsort(flat[:, 2], kind="stable")
-    span = float((flat[:, :2].max(axis=0) - flat[:, :2].min(axis=0)).max()) if len(flat) else 1.0
-    dot = min(max((150.0 * radius / span) ** 2, 1.5), 40.0)
-    return axes.scatter(
+    span = float(np.ptp(flat[:, :2], axis=0).max()) if len(flat) else 1.0
+    colours = mpl.colormaps[QUALITY_MAP](quality)[:, :3]
+    facing = np.ones(len(flat)) if cloud.normals is None else np.abs(cloud.normals @ LIGHT)
+    shade = (0.60 + 0.40 * facing)[:, None]
+    axes.scatter(
         flat[order, 0],
         flat[order, 1],
-        c=quality[order],
-        cmap="RdYlGn",
-        vmin=0.0,
-        vmax=1.0,
-        s=dot,
+        c=(shade * (PALE + (1.0 - PALE) * colours))[order],
+        s=min(max((150.0 * radius / span) ** 2, 1.5), 40.0),
         linewidths=0.0,
         rasterized=True,
     )
@@ -123,7 +128,8 @@ def _flight(
     positions = viewpoints.positions @ view.T
     look = viewpoints.directions @ view.T
     line = curve @ view.T
-    axes.plot(line[:, 0], line[:, 1], color=PATH_COLOUR, linewidth=1.1, alpha=0.85, zorder=3)
+    axes.plot(line[:, 0], line[:, 1], color=PAPER, linewidth=2.6, alpha=0.6, zorder=2)
+    axes.plot(line[:, 0], line[:, 1], color=PATH_COLOUR, linewidth=1.2, zorder=3)
     mended = np.where(repaired[:, None], line[:, :2], np.nan)
     axes.plot(mended[:, 0], mended[:, 1], color=REPAIRED_COLOUR, linewidth=2.2, zorder=4)
     span = float(np.ptp(line[:, :2], axis=0).max()) if len(line) else 1.0
