@@ -12,7 +12,8 @@ import numpy as np
 from planner.geometry.arrays import Floats
 from planner.scene.cloud import Mesh
 
-_THIN = 1e-7  # metres
+_THIN = 1e-7  # of the length, metres where that is below one
+_FLAT = 1e-8  # width over length under which a triangle counts as having no area
 _SLACK = 1e-5  # metres: FCL's capsule test reports contacts up to 1e-6 m too late
 
 
@@ -66,7 +67,7 @@ class Triangles:
         at_middle = float(self.distance(middle[None])[0])
         if at_middle < radius:
             return False
-        if at_middle >= radius + half:
+        if half == 0.0 or at_middle >= radius + half + _SLACK:
             return True
         capsule: Any = self._fcl.Capsule(radius + _SLACK, 2.0 * half)
         pose = self._fcl.Transform(_along((b - a) / (2.0 * half)), middle)
@@ -75,25 +76,25 @@ class Triangles:
 
 
 def _fattened(mesh: Mesh) -> Mesh:
-    """Give triangles without an area one, since FCL takes their distance to all places for zero.
+    """Give triangles without an area one.
 
-    The longest edge stays, and the third corner moves off it by a ten-thousandth of a millimetre.
+    FCL takes the distance of a triangle of no area to all places for zero, and is off by up to
+    millimetres for one that is nearly so. The longest edge stays; the third corner moves off its
+    start by a ten-millionth of its length.
     """
     corners = mesh.vertices[mesh.triangles]
     edges = np.roll(corners, -1, axis=1) - corners
     lengths = np.linalg.norm(edges, axis=2)
     area2 = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
-    flat = np.flatnonzero(area2 <= 1e-10 * lengths.max(axis=1) ** 2)
+    flat = np.flatnonzero(area2 <= _FLAT * lengths.max(axis=1) ** 2)
     if not len(flat):
         return mesh
     longest = lengths[flat].argmax(axis=1)
-    start = corners[flat, longest]
-    end = start + edges[flat, longest]
-    side = np.eye(3)[np.abs(end - start).argmin(axis=1)]  # far from parallel to the edge
-    end = np.where(
-        (end == start).all(axis=1, keepdims=True), start + _THIN * side[:, [2, 0, 1]], end
-    )
-    added = np.stack([start, end, start + _THIN * side], axis=1).reshape(-1, 3)
+    start, edge = corners[flat, longest], edges[flat, longest]
+    aside = np.eye(3)[np.abs(edge).argmin(axis=1)]  # far from parallel to the edge
+    thin = _THIN * np.maximum(lengths[flat].max(axis=1, keepdims=True), 1.0)
+    edge = np.where((edge == 0.0).all(axis=1, keepdims=True), thin * aside[:, [2, 0, 1]], edge)
+    added = np.stack([start, start + edge, start + thin * aside], axis=1).reshape(-1, 3)
     triangles = mesh.triangles.copy()
     triangles[flat] = len(mesh.vertices) + np.arange(len(added)).reshape(-1, 3)
     return Mesh(np.concatenate([mesh.vertices, added]), triangles)

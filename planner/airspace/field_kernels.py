@@ -10,6 +10,8 @@ from planner.geometry.compiled import compiled
 
 Array = NDArray[Any]
 
+_FLAT = 1e-8  # width over length under which a triangle is as good as its edges
+
 
 @compiled
 def list_triangles(corners: Array, shape: Array, start: Array, items: Array) -> int:
@@ -62,7 +64,10 @@ def _square_to_triangle(x: float, y: float, z: float, corners: Array) -> float:
     wx, wy, wz = cx - ax, cy - ay, cz - az  # from c to a
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     square = nx * nx + ny * ny + nz * nz
-    if square > 0.0:
+    longest = max(
+        ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, wx * wx + wy * wy + wz * wz
+    )
+    if square > _FLAT * _FLAT * longest * longest:
         in_a = (uy * az - uz * ay) * nx + (uz * ax - ux * az) * ny + (ux * ay - uy * ax) * nz
         in_b = (vy * bz - vz * by) * nx + (vz * bx - vx * bz) * ny + (vx * by - vy * bx) * nz
         in_c = (wy * cz - wz * cy) * nx + (wz * cx - wx * cz) * ny + (wx * cy - wy * cx) * nz

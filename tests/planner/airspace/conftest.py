@@ -80,7 +80,7 @@ def to_triangles(points, corners):
     near = np.minimum(np.minimum(to_edges(p, a, b), to_edges(p, b, c)), to_edges(p, c, a))
     n = np.cross(b - a, c - a)
     size = np.linalg.norm(n, axis=1)
-    inside = size > 0
+    inside = size > 1e-8 * (np.linalg.norm(b - a, axis=1) + np.linalg.norm(c - a, axis=1)) ** 2
     for u, v in ((a, b), (b, c), (c, a)):
         inside = inside & ((np.cross(v - u, p - u) * n).sum(-1) >= 0)
     height = np.abs(((p - a) * n).sum(-1)) / np.where(size > 0, size, 1)

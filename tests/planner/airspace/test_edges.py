@@ -11,7 +11,6 @@ from planner.airspace.obstacles import Points
 from planner.config import AirspaceSettings, ZoneSettings
 from planner.scene.cloud import Mesh
 
-LATE = 2e-5  # metres by which a sweep may be stricter than exact
 seeds = st.integers(0, 2**31)
 
 
@@ -34,13 +33,14 @@ def test_a_sweep_is_clear_exactly_when_all_triangles_are_far_enough(make, brute,
     offset = np.array([900.0, -700, 50]) * far
     mesh = Mesh(mesh.vertices * scale + offset, mesh.triangles)
     triangles, corners = Triangles(mesh), mesh.vertices[mesh.triangles]
+    late = 2e-5 + 1e-6 * scale  # metres by which a sweep may be stricter than exact
     for a, b in segments(np.random.default_rng(seed), 12):
         a, b = a * scale + offset, b * scale + offset
         truth = brute.segment(a, b, corners)
-        for radius in (0.5 * truth, truth - LATE, truth + 1e-9, truth + LATE, 1.5 * truth, 0.1):
+        for radius in (0.5 * truth, truth - late, truth + 2e-6, truth + late, 1.5 * truth, 0.1):
             if radius > 0:
                 clear = triangles.capsule_is_clear(a, b, radius)
-                assert clear if radius <= truth - LATE else (not clear or radius <= truth)
+                assert clear if radius <= truth - late else (not clear or radius <= truth)
 
 
 @settings(max_examples=25, deadline=None)
