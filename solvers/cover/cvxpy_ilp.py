@@ -52,10 +52,12 @@ class CvxpyILP:
             run.stop_reason = reached
             return Status.UNKNOWN
         x = cp.Variable(problem.sets, boolean=True)
-        programme = cp.Problem(cp.Minimize(problem.prices @ x), _constraints(problem, x))
+        scale = float(problem.prices.max()) or 1.0  # back ends have absolute tolerances
+        cheapest = cp.Minimize(problem.prices / scale @ x)
+        programme = cp.Problem(cheapest, _constraints(problem, x))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # cvxpy warns at every limit; the status says it
-            programme.solve(solver=self.backend, **self._options(run))
+            programme.solve(solver=self.backend, **self._options(run, scale))
 
         status = programme.status
         info = getattr(programme.solver_stats, "extra_stats", None)
@@ -66,13 +68,13 @@ class CvxpyILP:
             run.offer(np.flatnonzero(x.value > 0.5))
         bound = getattr(info, "mip_dual_bound", None)
         if bound is not None and np.isfinite(bound):
-            run.bound = min(float(bound), run.best_cost)
+            run.bound = min(scale * float(bound), run.best_cost)
         if status == cp.OPTIMAL:
             return Status.OPTIMAL
         run.stop_reason = run.limit() or StopReason.STALL
         return Status.FEASIBLE
 
-    def _options(self, run: Run[Chosen]) -> dict[str, Any]:
+    def _options(self, run: Run[Chosen], scale: float) -> dict[str, Any]:
         """Limits in the words of the back end."""
         limits: dict[str, Any] = {}
         if self.backend == "HIGHS":
@@ -84,7 +86,7 @@ class CvxpyILP:
             if run.stop.stall is not None:
                 limits["mip_max_stall_nodes"] = run.stop.stall
             if run.stop.target is not None:
-                limits["objective_target"] = run.stop.target
+                limits["objective_target"] = run.stop.target / scale
         return limits
 
 
