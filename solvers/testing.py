@@ -8,25 +8,24 @@ registered one by this project's own tests.
 import itertools
 import math
 import pickle
-from collections.abc import Callable, Iterator
+import random
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from solvers.arrays import Floats
-from solvers.cover.problem import CoverProblem
-from solvers.errors import InvalidProblem, InvalidSolution
+from solvers.errors import InvalidProblem
 from solvers.front import solve
-from solvers.motion.problem import MotionProblem
+from solvers.known_problems import known_problems, larger_problem
 from solvers.problem import Problem, Solver
 from solvers.registry import load, require
 from solvers.result import Result, Status, StopReason
 from solvers.stop import Stop
-from solvers.tour.problem import TourProblem
 
 Check = Callable[[Solver, str], None]
 
-_ENOUGH = Stop(iterations=300, seconds=5.0)
+_SHORT = Stop(iterations=300, seconds=5.0)  # the seconds only end what hangs
+_LATE = 5.0  # seconds that a run may end after its limit, on a busy machine
 _ROUNDING = 1e-6
 
 
@@ -52,11 +51,12 @@ def check_solver(solver: str | Solver, family: str) -> tuple[str, ...]:
 
 def never_beats_the_optimum(solver: Solver, family: str) -> None:
     """Costs from the optimum up, bounds from the optimum down, proofs only of the truth."""
-    for name, problem, optimum in _small_problems(family):
-        result = _solved(solver, problem)
+    for known in known_problems(family):
+        result = _solved(solver, known.problem)
         if result is None:
             continue
-        slack = _ROUNDING * max(1e-9, abs(optimum)) if math.isfinite(optimum) else 0.0
+        name, optimum = known.name, known.optimum
+        slack = _ROUNDING * abs(optimum) if math.isfinite(optimum) else 0.0
         _demand(result.cost >= optimum - slack, f"{name}: cost {result.cost} below {optimum}")
         _demand(result.bound <= optimum + slack, f"{name}: bound {result.bound} above {optimum}")
         if result.status is Status.OPTIMAL:
@@ -64,66 +64,111 @@ def never_beats_the_optimum(solver: Solver, family: str) -> None:
         if result.status is Status.INFEASIBLE:
             _demand(math.isinf(optimum), f"{name}: called infeasible, costs {optimum}")
         if getattr(solver, "exact", False) and result.stop_reason is StopReason.FINISHED:
-            known = Status.OPTIMAL if math.isfinite(optimum) else Status.INFEASIBLE
-            _demand(result.status is known, f"{name}: exact solver says {result.status}")
+            truth = Status.OPTIMAL if math.isfinite(optimum) else Status.INFEASIBLE
+            _demand(result.status is truth, f"{name}: exact solver says {result.status}")
 
 
 def finds_something(solver: Solver, family: str) -> None:
-    """Every plain problem that has a solution gets one."""
-    for name, problem, optimum in _small_problems(family):
-        if math.isfinite(optimum) and "conflicts" not in problem.features:
-            result = _solved(solver, problem)
-            if result is not None:
-                _demand(result.solution is not None, f"{name}: found nothing")
-                _demand(
-                    math.isclose(problem.evaluate(result.solution)[1], result.cost),
-                    f"{name}: the cost is not that of the solution",
-                )
+    """Every plain problem that has a solution gets one, at the cost that it says."""
+    for known in known_problems(family):
+        if math.isinf(known.optimum) or "conflicts" in known.problem.features:
+            continue
+        result = _solved(solver, known.problem)
+        if result is not None and result.solution is None:
+            result = _solved(solver, known.problem, stop=Stop())  # as long as it likes
+        if result is not None:
+            _demand(result.solution is not None, f"{known.name}: found nothing")
+            cost = known.problem.evaluate(result.solution)[1]
+            _demand(cost == result.cost, f"{known.name}: {result.cost} is not the cost, {cost} is")
+
+
+def infeasible_is_a_result(solver: Solver, family: str) -> None:
+    """A problem without a solution ends in a status, not in an exception."""
+    for known in known_problems(family):
+        if math.isfinite(known.optimum):
+            continue
+        result = _solved(solver, known.problem)
+        if result is not None:
+            fair = result.status in (Status.INFEASIBLE, Status.UNKNOWN)
+            _demand(fair, f"{known.name}: called {result.status}")
+            _demand(result.solution is None and math.isinf(result.cost), f"{known.name}: solved")
 
 
 def repeats_by_seed(solver: Solver, family: str) -> None:
     """Same seed, same solution and same trace."""
-    for name, problem, _ in _small_problems(family):
-        first = _solved(solver, problem, seed=7, stop=Stop(iterations=25))
-        second = _solved(solver, problem, seed=7, stop=Stop(iterations=25))
+    for known in known_problems(family):
+        first, second = (
+            _solved(solver, known.problem, seed=7, stop=Stop(iterations=25)) for _ in range(2)
+        )
         if first is None or second is None:
             continue
-        _demand(_same(first.solution, second.solution), f"{name}: another solution")
+        _demand(_same(first.solution, second.solution), f"{known.name}: another solution")
         steps = [[(p.iteration, p.cost) for p in result.trace] for result in (first, second)]
-        _demand(steps[0] == steps[1], f"{name}: another trace")
+        _demand(steps[0] == steps[1], f"{known.name}: another trace")
+        _demand(first.bound == second.bound, f"{known.name}: another bound")
+
+
+def takes_no_other_chance(solver: Solver, family: str) -> None:
+    """The dice that all programs share stay as they were."""
+    before = _shared_dice()
+    _solved(solver, larger_problem(family), stop=Stop(iterations=25))
+    kept = before == _shared_dice()
+    _demand(kept, "drew from the global random state instead of `run.rng`")
 
 
 def trace_falls_to_the_cost(solver: Solver, family: str) -> None:
-    """The trace falls strictly and ends at the cost of the result."""
-    for name, problem, _ in _small_problems(family):
-        result = _solved(solver, problem)
-        if result is not None and result.trace:
-            costs = [point.cost for point in result.trace]
-            _demand(all(a > b for a, b in itertools.pairwise(costs)), f"{name}: trace rises")
-            _demand(costs[-1] == result.cost, f"{name}: trace ends at {costs[-1]}")
+    """The trace falls strictly, goes on in time and ends at the cost of the result."""
+    for known in known_problems(family):
+        result = _solved(solver, known.problem)
+        if result is None or not result.trace:
+            continue
+        trace, name = result.trace, known.name
+        _demand(trace[-1].cost == result.cost, f"{name}: trace ends at {trace[-1].cost}")
+        for a, b in itertools.pairwise(trace):
+            _demand(a.cost > b.cost, f"{name}: trace rises from {a.cost} to {b.cost}")
+            _demand(a.iteration <= b.iteration, f"{name}: iterations run backwards")
+            _demand(a.seconds <= b.seconds, f"{name}: time runs backwards")
 
 
-def keeps_to_limits(solver: Solver, family: str) -> None:
-    """Each field of ``Stop`` that it does not declare to ignore ends the run."""
-    _, problem, _ = next(_small_problems(family))
-    limits: dict[str, Any] = {"iterations": 1, "stall": 1, "target": 1e12, "seconds": 0.5}
-    for field, value in limits.items():
-        if field in getattr(solver, "ignores", ()):
-            continue
-        result = _solved(solver, problem, stop=Stop(**{field: value}))
-        if result is None:
-            continue
-        if field == "iterations":
-            _demand(result.iterations <= 1, f"{result.iterations} iterations instead of one")
-        _demand(result.seconds < 10.0, f"Stop({field}={value}) took {result.seconds:.1f} s")
+def keeps_to_iterations(solver: Solver, family: str) -> None:
+    """A limit on iterations is never overrun."""
+    for most in (1, 2, 20):
+        result = _limited(solver, family, iterations=most)
+        if result is not None:
+            _demand(result.iterations <= most, f"{result.iterations} iterations, limit {most}")
+            _ended_by(result, StopReason.ITERATIONS)
+
+
+def keeps_to_stall(solver: Solver, family: str) -> None:
+    """So many iterations without a better solution end the run."""
+    for most in (1, 20):
+        result = _limited(solver, family, stall=most)
+        if result is not None:
+            _ended_by(result, StopReason.STALL)
+
+
+def keeps_to_target(solver: Solver, family: str) -> None:
+    """Any solution ends the run where any will do."""
+    result = _limited(solver, family, target=1e30)
+    if result is not None:
+        _demand(result.solution is not None, "found nothing, with the one limit any solution")
+        _ended_by(result, StopReason.TARGET)
+
+
+def keeps_to_seconds(solver: Solver, family: str) -> None:
+    """A limit on seconds ends the run soon after."""
+    result = _limited(solver, family, seconds=0.2)
+    if result is not None:
+        _demand(result.seconds < 0.2 + _LATE, f"{result.seconds:.1f} s, limit 0.2 s")
+        _ended_by(result, StopReason.TIME)
 
 
 def leaves_the_problem_alone(solver: Solver, family: str) -> None:
     """The arrays of the problem are the same afterwards."""
-    for name, problem, _ in _small_problems(family):
-        before = _arrays(problem)
-        _solved(solver, problem, stop=Stop(iterations=5))
-        _demand(before == _arrays(problem), f"{name}: the problem was changed")
+    for known in known_problems(family):
+        before = _arrays(known.problem)
+        _solved(solver, known.problem, stop=Stop(iterations=5))
+        _demand(before == _arrays(known.problem), f"{known.name}: the problem was changed")
 
 
 def interrupt_keeps_the_incumbent(solver: Solver, family: str) -> None:
@@ -132,25 +177,26 @@ def interrupt_keeps_the_incumbent(solver: Solver, family: str) -> None:
     def interrupt(_: object) -> None:
         raise KeyboardInterrupt
 
-    for name, problem, optimum in _small_problems(family):
-        if math.isinf(optimum) or problem.trivial() is not None:
+    for known in known_problems(family):
+        if math.isinf(known.optimum) or known.problem.trivial() is not None:
             continue
-        result = _solved(solver, problem, listener=interrupt)
+        result = _solved(solver, known.problem, listener=interrupt)
         if result is None or not result.trace:
             continue
-        _demand(result.stop_reason is StopReason.INTERRUPTED, f"{name}: interrupt swallowed")
-        _demand(result.cost == result.trace[0].cost, f"{name}: incumbent lost")
+        swallowed = result.stop_reason is not StopReason.INTERRUPTED
+        _demand(not swallowed, f"{known.name}: interrupt swallowed")
+        _demand(result.cost == result.trace[0].cost, f"{known.name}: incumbent lost")
 
 
 def never_worse_than_its_start(solver: Solver, family: str) -> None:
     """A warm start is taken, and at least kept."""
-    for name, problem, _ in _small_problems(family):
-        first = _solved(solver, problem, seed=1)
+    for known in known_problems(family):
+        first = _solved(solver, known.problem, seed=1)
         if first is None or first.solution is None:
             continue
-        again = _solved(solver, problem, initial=first.solution, stop=Stop(iterations=5))
+        again = _solved(solver, known.problem, initial=first.solution, stop=Stop(iterations=5))
         if again is not None:
-            _demand(again.cost <= first.cost, f"{name}: {again.cost} after {first.cost}")
+            _demand(again.cost <= first.cost, f"{known.name}: {again.cost} after {first.cost}")
 
 
 def pickles(solver: Solver, _family: str) -> None:
@@ -164,9 +210,14 @@ CHECKS: dict[str, Check] = {
     for check in (
         never_beats_the_optimum,
         finds_something,
+        infeasible_is_a_result,
         repeats_by_seed,
+        takes_no_other_chance,
         trace_falls_to_the_cost,
-        keeps_to_limits,
+        keeps_to_iterations,
+        keeps_to_stall,
+        keeps_to_target,
+        keeps_to_seconds,
         leaves_the_problem_alone,
         interrupt_keeps_the_incumbent,
         never_worse_than_its_start,
@@ -179,11 +230,10 @@ CHECKS: dict[str, Check] = {
 def _solved(solver: Solver, problem: Any, **options: Any) -> Result[Any] | None:
     """Result, or ``None`` where the solver refuses problems or limits of this kind."""
     require(solver)
-    stop = options.pop("stop", _ENOUGH)
+    stop = options.pop("stop", _SHORT)
     refused = frozenset(getattr(solver, "cannot", ())) & problem.features
-    refused |= frozenset(
-        {"limit"} if stop.limits <= frozenset(getattr(solver, "ignores", ())) else ()
-    )
+    if stop.limits and stop.limits <= frozenset(getattr(solver, "ignores", ())):
+        refused |= stop.limits
     if not refused:
         return solve(problem, solver, stop=stop, **options)
     try:
@@ -191,6 +241,22 @@ def _solved(solver: Solver, problem: Any, **options: Any) -> Result[Any] | None:
     except InvalidProblem:
         return None
     raise ConformanceFailure(f"{solver.name}: took what it declares to refuse: {sorted(refused)}")
+
+
+def _limited(solver: Solver, family: str, **limit: Any) -> Result[Any] | None:
+    """Result on a larger problem under one limit that the solver should obey."""
+    problem = larger_problem(family)
+    _solved(solver, problem, stop=Stop(iterations=1))  # what it compiles or loads is not counted
+    return _solved(solver, problem, stop=Stop(**limit))
+
+
+def _ended_by(result: Result[Any], limit: StopReason) -> None:
+    fair = result.stop_reason in (limit, StopReason.FINISHED)
+    _demand(fair, f"stopped by {result.stop_reason}; the one limit was {limit}")
+
+
+def _shared_dice() -> bytes:
+    return pickle.dumps((random.getstate(), np.random.get_state()))  # noqa: NPY002 - must not move
 
 
 def _demand(kept: object, otherwise: str) -> None:
@@ -204,120 +270,9 @@ def _same(one: Any, other: Any) -> bool:
     return bool(np.array_equal(one, other))
 
 
-def _arrays(problem: Any) -> dict[str, bytes]:
+def _arrays(problem: Problem[Any]) -> dict[str, bytes]:
     return {
         name: value.tobytes()
         for name, value in vars(problem).items()
         if isinstance(value, np.ndarray)
     }
-
-
-def _small_problems(family: str) -> Iterator[tuple[str, Problem[Any], float]]:
-    """Name, problem and true optimum (infinite if there is no solution)."""
-    make = {"cover": _covers, "tour": _tours, "motion": _motions}.get(family)
-    if make is None:
-        raise InvalidProblem(f"there is no battery for family {family!r} yet.")
-    for name, problem, optimum in make():
-        yield f"{family} {name}", problem, optimum
-
-
-def _cheapest(problem: Problem[Any], candidates: Iterator[Any]) -> float:
-    best = math.inf
-    for candidate in candidates:
-        try:
-            best = min(best, problem.evaluate(np.array(candidate, dtype=np.int64))[1])
-        except InvalidSolution:
-            continue
-    return best
-
-
-def _covers() -> Iterator[tuple[str, Problem[Any], float]]:
-    from scipy.sparse import csr_array
-
-    rng = np.random.default_rng(11)
-    hits = csr_array((rng.random((9, 8)) < 0.45).astype(np.int32))
-    sectors = rng.integers(0, 3, hits.nnz)
-    prices = rng.integers(1, 6, 9) / 2.0
-    groups = [[0, 1, 2], [2, 5], [6, 7]]
-    cases: dict[str, CoverProblem] = {
-        "priced": CoverProblem(hits, prices),
-        "unit prices": CoverProblem(hits),
-        "twice": CoverProblem(hits, prices, 2),
-        "more than there is": CoverProblem(hits, prices, 99),
-        "free": CoverProblem(hits, 0.0),
-        "huge prices": CoverProblem(hits, 1e9 * prices),
-        "sectors": CoverProblem(hits, prices, 2, sectors=sectors, sector_demand=2),
-        "sectors alone": CoverProblem(hits, prices, 0, sectors=sectors, sector_demand=2),
-        "conflicts": CoverProblem(hits, prices, conflicts=groups),
-        "impossible": CoverProblem(np.eye(3), conflicts=[[0, 1]]),
-        "nothing wanted": CoverProblem(hits, prices, 0),
-    }
-    for name, problem in cases.items():
-        sizes = range(problem.sets + 1)
-        choices = (c for k in sizes for c in itertools.combinations(range(problem.sets), k))
-        yield name, problem, _cheapest(problem, choices)
-
-
-def _tours() -> Iterator[tuple[str, Problem[Any], float]]:
-    rng = np.random.default_rng(5)
-    places = rng.random((7, 2))
-    costs = _distances(places)
-    twice = _distances(np.repeat(places[:3], 2, axis=0))
-    cases: dict[str, TourProblem] = {
-        "closed": TourProblem(costs),
-        "open": TourProblem(costs, closed=False),
-        "closed from 3": TourProblem(costs, start=3),
-        "open from 2": TourProblem(costs, closed=False, start=2),
-        "open to 4": TourProblem(costs, closed=False, end=4),
-        "open from 5 to 0": TourProblem(costs, closed=False, start=5, end=0),
-        "asymmetric": TourProblem(rng.random((6, 6))),
-        "asymmetric open": TourProblem(rng.random((6, 6)), closed=False, start=1),
-        "one place": TourProblem([[0.0]]),
-        "two places": TourProblem(costs[:2, :2], closed=False),
-        "three places": TourProblem(costs[:3, :3], start=1),
-        "four places": TourProblem(costs[:4, :4]),
-        "ties": TourProblem(np.ones((6, 6))),
-        "zero": TourProblem(np.zeros((5, 5))),
-        "repeated places": TourProblem(twice),
-        "huge": TourProblem(1e12 * costs),
-        "tiny": TourProblem(1e-12 * costs),
-    }
-    for name, problem in cases.items():
-        yield name, problem, _cheapest(problem, itertools.permutations(range(problem.size)))
-
-
-def _distances(places: Floats) -> Floats:
-    return np.asarray(np.linalg.norm(places[:, None] - places[None, :], axis=2))
-
-
-def _motions() -> Iterator[tuple[str, Problem[Any], float]]:
-    bounds = [[0.0, 0.0], [10.0, 10.0]]
-    around = 2.0 * math.hypot(3.0, 3.0) + 2.0
-    yield "round a box", MotionProblem([1, 5], [9, 5], bounds, _outside, _clear, step=0.5), around
-    yield "straight", MotionProblem([1, 1], [9, 1], bounds, _outside, _clear, step=0.5), 8.0
-    yield (
-        "start in a box",
-        MotionProblem([5, 5], [9, 1], bounds, _outside, _clear, step=1),
-        math.inf,
-    )
-
-
-_BOX = np.array([[4.0, 2.0], [6.0, 8.0]])
-
-
-def _outside(point: Floats) -> bool:
-    return not bool(((point > _BOX[0]) & (point < _BOX[1])).all())
-
-
-def _clear(a: Floats, b: Floats) -> bool:
-    """Whether the edge misses the open box (slabs, exact but for rounding)."""
-    enter, leave = 0.0, 1.0
-    for axis in range(2):
-        along = b[axis] - a[axis]
-        if along == 0.0:
-            if not _BOX[0, axis] < a[axis] < _BOX[1, axis]:
-                return True
-            continue
-        at = sorted((side - a[axis]) / along for side in _BOX[:, axis])
-        enter, leave = max(enter, at[0]), min(leave, at[1])
-    return enter >= leave

@@ -1,6 +1,7 @@
 """Fixtures of the whole suite."""
 
 import os
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -16,3 +17,17 @@ def shared_data() -> Path:
     if os.environ.get("SCANWRIGHT_REQUIRE_DATA") == "1":
         pytest.fail(reason)
     pytest.skip(reason)
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Say which solvers ran how many checks of the conformance battery."""
+    ran = Counter(
+        solver
+        for report in terminalreporter.getreports("passed")
+        for name, solver in report.user_properties
+        if name == "conformance"
+    )
+    if ran:
+        terminalreporter.section("solvers that passed checks of the conformance battery")
+        for solver, checks in sorted(ran.items()):
+            terminalreporter.line(f"{solver:28} {checks}")
