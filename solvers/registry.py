@@ -14,7 +14,10 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "greedy": "solvers.cover.greedy:Greedy",
         "cvxpy": "solvers.cover.cvxpy_ilp:CvxpyILP",
     },
-    "pairs": {},
+    "pairs": {
+        "greedy": "solvers.pairs.greedy:Greedy",
+        "lns": "solvers.pairs.lns:LargeNeighbourhood",
+    },
     "tour": {
         "nearest": "solvers.tour.nearest:Nearest",
         "two-opt": "solvers.tour.two_opt:TwoOpt",

@@ -8,13 +8,15 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.arrays import Floats, Ints, chosen_indices, floats, read_only
+from solvers.arrays import Floats, Ints, chosen_indices, counts, floats, read_only
 from solvers.errors import InvalidProblem, InvalidSolution
 from solvers.problem import Answer
 from solvers.result import Status
 
 Chosen = Ints
 """Sorted indices of the chosen candidates, shape (k,)."""
+
+Singles = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
@@ -26,9 +28,13 @@ class PairCoverProblem:
     .. math:: h_e = \sum_{i<j} w(\alpha_{ij}) \min(u_i, u_j) \min(v_i, v_j),
 
     with the angle :math:`\alpha` between their rays at the element, nearness ``u`` and
-    facing ``v`` of each hit. Without ``budget``: cheapest choice such that at least a
-    ``share`` of the elements that can reach ``target`` do. With ``budget``: fewest of these
-    elements missed at a price of at most ``budget``.
+    facing ``v`` of each hit. An element is satisfied if its value reaches ``target`` and
+    ``fine_demand`` of its hits are fine. Without ``budget``: cheapest choice such that at
+    least a ``share`` of the elements that can reach ``target`` are satisfied. With
+    ``budget``: fewest of these elements missed at a price of at most ``budget``.
+
+    Rays and factors are kept in single precision, and each pair's term is rounded to a
+    multiple of 2**-32, so that sums are the same in any order and can be undone exactly.
 
     Parameters
     ----------
@@ -40,14 +46,20 @@ class PairCoverProblem:
     nearness, facing
         Factors of each hit, shape (nnz,) or one number; what is below 0 counts as 0.
     weights
-        Weight of a pair at angles evenly spaced from 0 to pi, at least 0, shape (k,),
-        k >= 2; in between it is interpolated linearly.
+        Weight of a pair at chords between the two rays' tips evenly spaced from 0 to 2, at
+        least 0, shape (k,), k >= 2; in between it is interpolated linearly. The chord of an
+        angle is 2 sin(angle / 2); see :func:`solvers.pairs.table.chord_table`.
     target
         Value at which an element is satisfied, positive.
     share
         Share of the reachable elements that must be satisfied, in (0, 1].
     budget
         Largest price; turns the question round.
+    fine
+        Which hits are fine, boolean, shape (nnz,) or one truth value.
+    fine_demand
+        How many fine hits each element wants, whole, shape (elements,) or one number. What
+        all candidates together cannot give is taken off and listed in ``fine_shortfall``.
     prices
         Price of each candidate, at least 0, shape (candidates,) or one number.
     conflicts
@@ -62,13 +74,16 @@ class PairCoverProblem:
 
     indptr: Ints
     indices: NDArray[np.int32]
-    rays: Floats
-    nearness: Floats
-    facing: Floats
+    rays: Singles
+    nearness: Singles
+    facing: Singles
     weights: Floats
     target: float
     share: float
     budget: float | None
+    fine: NDArray[np.bool_]
+    fine_demand: Ints
+    fine_shortfall: Ints
     prices: Floats
     conflicts: tuple[Ints, ...]
     elements: int
@@ -87,6 +102,8 @@ class PairCoverProblem:
         target: float,
         share: float = 1.0,
         budget: float | None = None,
+        fine: Any = True,
+        fine_demand: Any = 0,
         prices: Any = 1.0,
         conflicts: Sequence[Any] = (),
     ) -> None:
@@ -101,7 +118,7 @@ class PairCoverProblem:
         if budget is not None and not budget >= 0.0:
             raise InvalidProblem(f"budget must be at least 0, got {budget}.")
         if np.ndim(weights) != 1 or len(weights) < 2:
-            raise InvalidProblem("weights must be two numbers or more, at angles from 0 to pi.")
+            raise InvalidProblem("weights must be two numbers or more, at chords from 0 to 2.")
         candidates, elements = (int(size) for size in covers.shape)
         hits = int(covers.nnz)
         unit = floats(rays, (hits, 3), "rays")
@@ -111,16 +128,23 @@ class PairCoverProblem:
             groups = tuple(chosen_indices(group, candidates) for group in conflicts)
         except InvalidSolution as error:
             raise InvalidProblem(f"conflicts: {error}") from error
+        columns = covers.indices.astype(np.int32)
+        marks = floats(fine, (hits,), "fine") != 0.0
+        wanted_fine = counts(fine_demand, (elements,), "fine_demand")
+        give_fine = np.minimum(wanted_fine, np.bincount(columns[marks], minlength=elements))
         fields = {
             "indptr": read_only(covers.indptr.astype(np.int64)),
-            "indices": read_only(covers.indices.astype(np.int32)),
-            "rays": unit,
-            "nearness": floats(nearness, (hits,), "nearness"),
-            "facing": floats(facing, (hits,), "facing"),
+            "indices": read_only(columns),
+            "rays": read_only(unit.astype(np.float32)),
+            "nearness": read_only(floats(nearness, (hits,), "nearness").astype(np.float32)),
+            "facing": read_only(floats(facing, (hits,), "facing").astype(np.float32)),
             "weights": floats(weights, (len(weights),), "weights", least=0.0),
             "target": float(target),
             "share": float(share),
             "budget": budget,
+            "fine": read_only(marks),
+            "fine_demand": read_only(give_fine.astype(np.int64)),
+            "fine_shortfall": read_only((wanted_fine - give_fine).astype(np.int64)),
             "prices": floats(prices, (candidates,), "prices", least=0.0),
             "conflicts": groups,
             "elements": elements,
@@ -147,14 +171,21 @@ class PairCoverProblem:
         return frozenset(name for name, present in used.items() if present)
 
     @cached_property
-    def by_element(self) -> tuple[Ints, Ints, Ints]:
+    def by_element(self) -> tuple[Ints, NDArray[np.int32], NDArray[np.int32]]:
         """Row starts (elements + 1,), hits by element (nnz,), candidate of each hit (nnz,)."""
-        at = np.argsort(self.indices, kind="stable").astype(np.int64)
+        at = np.argsort(self.indices, kind="stable").astype(np.int32)
         starts = np.searchsorted(self.indices[at], np.arange(self.elements + 1)).astype(np.int64)
-        owner = np.repeat(np.arange(self.candidates, dtype=np.int64), np.diff(self.indptr))
+        candidates = np.arange(self.candidates, dtype=np.int32)
+        owner = np.repeat(candidates, np.diff(self.indptr))[at]
         for array in (starts, at, owner):
             read_only(array)
         return starts, at, owner
+
+    @cached_property
+    def sight(self) -> Singles:
+        """Ray, nearness and facing of each hit, element by element, shape (nnz, 5)."""
+        at = self.by_element[1]
+        return np.column_stack([self.rays[at], self.nearness[at], self.facing[at]])
 
     def values(self, chosen: Chosen) -> Floats:
         """Value of each element under a choice, shape (elements,)."""
@@ -162,15 +193,28 @@ class PairCoverProblem:
 
         taken = np.zeros(self.candidates, dtype=np.bool_)
         taken[chosen] = True
-        starts, at, owner = self.by_element
-        return kernels.values(
-            starts, at, taken, owner, self.rays, self.nearness, self.facing, self.weights
-        )
+        starts, _, owner = self.by_element
+        return kernels.values(starts, taken, owner, self.sight, self.weights)
+
+    def fine_hits(self, chosen: Chosen) -> Ints:
+        """How many fine hits each element has under a choice, shape (elements,)."""
+        taken = np.zeros(self.candidates, dtype=np.bool_)
+        taken[chosen] = True
+        hit = np.repeat(taken, np.diff(self.indptr)) & self.fine
+        return np.bincount(self.indices[hit], minlength=self.elements).astype(np.int64)
+
+    def satisfied(self, chosen: Chosen) -> NDArray[np.bool_]:
+        """Which reachable elements are satisfied by a choice, shape (elements,)."""
+        enough = self.fine_hits(chosen) >= self.fine_demand
+        return np.asarray((self.values(chosen) >= self.target) & enough & self.reachable)
 
     @cached_property
     def reachable(self) -> NDArray[np.bool_]:
         """Which elements reach the target when every candidate is chosen, shape (elements,)."""
-        reached = self.values(np.arange(self.candidates)) >= self.target
+        from solvers.pairs import kernels
+
+        starts = self.by_element[0]
+        reached = kernels.reaches(starts, self.sight, self.weights, self.target)
         read_only(reached)
         return reached
 
@@ -194,7 +238,7 @@ class PairCoverProblem:
             if np.isin(group, chosen).sum() > 1:
                 raise InvalidSolution(f"two chosen candidates are both in conflict {number}.")
         price = float(self.prices[chosen].sum())
-        satisfied = np.count_nonzero((self.values(chosen) >= self.target) & self.reachable)
+        satisfied = np.count_nonzero(self.satisfied(chosen))
         if self.budget is not None:
             if price > self.budget:
                 raise InvalidSolution(f"the price {price} is over the budget {self.budget}.")

@@ -4,29 +4,29 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from solvers import InvalidProblem, InvalidSolution, solve
-from solvers.pairs import PairCoverProblem
+from solvers import InvalidProblem, InvalidSolution
+from solvers.pairs import PairCoverProblem, chord_table
 
-WEIGHTS = np.array([0.0, 1.0, 0.0])  # a tent: nothing at 0, one at 90 degrees, nothing at 180
+WEIGHTS = chord_table(lambda angle: np.sin(angle) ** 2, 4001)  # one at 90 degrees
 
 
 def problem(**change):
     """Both elements see candidates 0, 1, 2 at right angles; element 1 lacks candidate 2."""
     hits = csr_array(np.array([[1, 1], [1, 1], [1, 0]]))
     x, y, z = np.eye(3)
-    given = {"rays": [x, x, y, y, z], "weights": WEIGHTS, "target": 1.0}
+    given = {"rays": [x, x, y, y, z], "weights": WEIGHTS, "target": 0.999}
     return PairCoverProblem(hits, **{**given, **change})
 
 
 def test_value_is_the_sum_over_pairs():
-    np.testing.assert_allclose(problem().values(np.arange(3)), [3.0, 1.0])
-    np.testing.assert_allclose(problem().values(np.array([0, 1])), [1.0, 1.0])
+    np.testing.assert_allclose(problem().values(np.arange(3)), [3.0, 1.0], atol=1e-5)
+    np.testing.assert_allclose(problem().values(np.array([0, 1])), [1.0, 1.0], atol=1e-5)
     np.testing.assert_allclose(problem().values(np.array([0])), [0.0, 0.0])
 
 
 def test_a_pair_is_as_near_and_as_facing_as_the_worse_of_the_two():
     values = problem(nearness=[0.5, 1, 1, 1, 1], facing=[1, 1, 0.25, 1, -1]).values(np.arange(3))
-    np.testing.assert_allclose(values, [0.5 * 0.25, 1.0])
+    np.testing.assert_allclose(values, [0.5 * 0.25, 1.0], atol=1e-5)
 
 
 def test_cost_is_price_at_the_target_and_misses_under_a_budget():
@@ -55,8 +55,3 @@ def test_bad_input_is_named():
     for change in ({"rays": 2 * np.ones((5, 3))}, {"target": 0}, {"share": 0}, {"weights": [1]}):
         with pytest.raises(InvalidProblem, match=next(iter(change))):
             problem(**change)
-
-
-def test_a_family_without_solvers_says_so():
-    with pytest.raises(InvalidProblem, match="none"):
-        solve(problem(), "greedy")

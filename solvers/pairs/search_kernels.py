@@ -1,0 +1,158 @@
+"""Compiled steps of a search: fill, prune, and ruin one neighbourhood."""
+
+# ruff: noqa: PLR0917 - positional arguments, as compiled code takes them
+
+import numpy as np
+
+from solvers.compiled import compiled
+from solvers.pairs.state import Array, State
+from solvers.pairs.state_kernels import flip, loss_of
+
+
+@compiled
+def best_addition(s: State, limit: float, banned: int) -> int:
+    """Candidate of most gain for its price that fits below the price limit, or -1."""
+    best, best_key = -1, 0.0
+    room = limit - s.totals[1]
+    for c in range(len(s.taken)):
+        if s.taken[c] or s.gain[c] <= 0.0 or s.blocked[c] > 0 or c == banned:
+            continue
+        if s.prices[c] > room:
+            continue
+        key = s.gain[c] / s.prices[c] if s.prices[c] > 0.0 else np.inf
+        if key > best_key:
+            best, best_key = c, key
+    return best
+
+
+@compiled
+def best_single(s: State, limit: float, banned: int) -> int:
+    """Candidate whose hits are worth most by themselves at open elements, or -1.
+
+    For when no single addition makes a pair of any worth.
+    """
+    best, best_key = -1, 0.0
+    room = limit - s.totals[1]
+    for c in range(len(s.taken)):
+        if s.taken[c] or s.blocked[c] > 0 or c == banned or s.prices[c] > room:
+            continue
+        total = 0.0
+        for at in range(s.indptr[c], s.indptr[c + 1]):
+            e, k = s.element[at], s.place[at]
+            if s.live[e] and s.value[e] < s.limits[0]:
+                total += max(s.sight[k, 3], 0.0) * max(s.sight[k, 4], 0.0)
+        if total <= 0.0:
+            continue
+        key = total / s.prices[c] if s.prices[c] > 0.0 else np.inf
+        if key > best_key:
+            best, best_key = c, key
+    return best
+
+
+@compiled
+def fill(s: State, wanted: int, limit: float, banned: int, log: Array, count: int) -> int:
+    """Add by exact gain until so many elements are satisfied or nothing fits or helps.
+
+    The changes are written to ``log`` from ``count``; returns the new count.
+    """
+    while s.totals[0] < wanted and count < len(log):
+        c = best_addition(s, limit, banned)
+        if c < 0:
+            c = best_single(s, limit, banned)
+        if c < 0:
+            break
+        flip(s, c)
+        log[count] = c
+        count += 1
+    return count
+
+
+@compiled
+def least_loss(s: State) -> tuple[int, int]:
+    """Chosen candidate that loses least for its price, and satisfied elements lost with it."""
+    best, best_lost, best_key = -1, 0, np.inf
+    for c in range(len(s.taken)):
+        if s.taken[c]:
+            lost, loss = loss_of(s, c)
+            key = loss / s.prices[c] if s.prices[c] > 0.0 else np.inf
+            if best < 0 or key < best_key:
+                best, best_lost, best_key = c, lost, key
+    return best, best_lost
+
+
+@compiled
+def prune(s: State, wanted: int) -> None:
+    """Drop what costs fewest satisfied elements, then least worth, while enough remain."""
+    while True:
+        best, best_lost, best_loss = -1, 0, 0.0
+        for c in range(len(s.taken)):
+            if not s.taken[c] or s.prices[c] == 0.0:
+                continue
+            lost, loss = loss_of(s, c)
+            key = loss / s.prices[c]
+            if best < 0 or lost < best_lost or (lost == best_lost and key < best_loss):
+                best, best_lost, best_loss = c, lost, key
+        if best < 0 or s.totals[0] - best_lost < wanted:
+            return
+        flip(s, best)
+
+
+@compiled
+def neighbours(s: State, centre: int, count: int) -> Array:
+    """Choose the candidates that share most elements with a chosen one, itself first."""
+    shared = np.zeros(len(s.taken), dtype=np.int64)
+    for at in range(s.indptr[centre], s.indptr[centre + 1]):
+        e = s.element[at]
+        for k in range(s.starts[e], s.starts[e + 1]):
+            if s.taken[s.owner[k]]:
+                shared[s.owner[k]] += 1
+    shared[centre] = len(s.element) + 1
+    found = np.empty(count, dtype=np.int64)
+    for n in range(count):
+        found[n] = np.argmax(shared)
+        if shared[found[n]] == 0:
+            return found[:n]
+        shared[found[n]] = 0
+    return found
+
+
+@compiled
+def ruin(s: State, dice: Array, most: int, log: Array) -> int:
+    """Take out 1 to ``most`` chosen neighbours by four dice in [0, 1); returns how many."""
+    chosen = np.flatnonzero(s.taken)
+    if not len(chosen):
+        return 0
+    centre = chosen[int(dice[0] * len(chosen))]
+    size = 1 + int(dice[1] * most)
+    near = neighbours(s, centre, 2 * size)
+    skip = dice[2]
+    count = 0
+    for n in range(len(near)):
+        # The centre goes; of the others every one with a chance of about one half.
+        skip = (skip * 997.0 + 0.31) % 1.0
+        if n == 0 or (skip < 0.5 and count < size):
+            flip(s, near[n])
+            log[count] = near[n]
+            count += 1
+    return count
+
+
+@compiled
+def improve(s: State, dice: Array, most: int, wanted: int, limit: float) -> int:
+    """Ruin and fill again, once for each row of dice, until enough elements are satisfied.
+
+    A step that makes the choice worth less is undone. Prices stay within ``limit``. Returns
+    how many rows were used.
+    """
+    log = np.empty(len(s.taken) + 2 * most + 1, dtype=np.int64)
+    for row in range(len(dice)):
+        before = s.totals[2]
+        count = ruin(s, dice[row], most, log)
+        banned = log[0] if count > 0 and dice[row, 3] < 0.5 else -1
+        count = fill(s, wanted, limit, banned, log, count)
+        if s.totals[0] >= wanted:
+            return row + 1
+        if s.totals[2] < before:
+            for n in range(count - 1, -1, -1):
+                flip(s, log[n])
+    return len(dice)

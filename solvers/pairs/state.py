@@ -1,0 +1,130 @@
+"""A choice of candidates with all sums over its pairs, ready for compiled code."""
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from solvers.pairs.problem import PairCoverProblem
+
+Array = NDArray[Any]
+
+GRAIN = 2.0**32
+"""Values are whole multiples of 1 / ``GRAIN``: in double precision their sums are exact up to
+2**21, in any order."""
+
+BONUS = 0.5
+FINE_WORTH = 0.25
+START = (0.25, 0.125)
+
+
+class State(NamedTuple):
+    """What a search keeps; every sum follows each change of the choice exactly.
+
+    The worth of an element is ``min(value, target)``, plus ``fine_worth`` for each fine hit
+    that it wants, plus ``bonus`` once it is satisfied; elements out of reach have none. As
+    single hits earn nothing, the first two also count by nearness times facing.
+
+    Attributes
+    ----------
+    indptr, element, place
+        Hits of each candidate: row starts (C + 1,), element, and place by element (nnz,).
+    starts, owner, sight, fine
+        Hits of each element: row starts (E + 1,), candidate, ray with nearness and facing
+        (nnz, 5), and whether it is fine.
+    weights, prices, live, fine_demand, limits
+        Pair weights; price of each candidate; elements in reach; fine hits wanted; and
+        target, worth of a fine hit, bonus and worth of the first and second single hit.
+    group_ptr, group, rival_ptr, rival
+        Conflict groups of each candidate, and candidates of each group.
+    partial
+        Sum of each hit's pairs with the chosen hits of its element, by element (nnz,).
+    value, hits, fine_hits
+        Value, chosen hits and chosen fine hits of each element, (E,).
+    taken, gain, blocked
+        Whether each candidate is chosen, the worth it would add if not, and how many chosen
+        ones it conflicts with, (C,).
+    totals
+        Elements satisfied, price and worth.
+
+    """
+
+    indptr: Array
+    element: Array
+    place: Array
+    starts: Array
+    owner: Array
+    sight: Array
+    fine: Array
+    weights: Array
+    prices: Array
+    live: Array
+    fine_demand: Array
+    limits: Array
+    group_ptr: Array
+    group: Array
+    rival_ptr: Array
+    rival: Array
+    partial: Array
+    value: Array
+    hits: Array
+    fine_hits: Array
+    taken: Array
+    gain: Array
+    blocked: Array
+    totals: Array
+
+
+def empty_state(
+    problem: "PairCoverProblem", *, bonus: float = BONUS, fine_worth: float = FINE_WORTH
+) -> State:
+    """State of the empty choice.
+
+    Parameters
+    ----------
+    problem
+        What to choose for.
+    bonus, fine_worth
+        Worth of a satisfied element beyond its value, and of a wanted fine hit, in targets.
+
+    """
+    from solvers.pairs import state_kernels
+
+    starts, at, owner = problem.by_element
+    place = np.empty(len(at), dtype=np.int32)
+    place[at] = np.arange(len(at), dtype=np.int32)
+    target = problem.target
+    extras = np.array([fine_worth, bonus, *START]) * target
+    sizes = np.array([len(group) for group in problem.conflicts], dtype=np.int64)
+    members = np.concatenate([*problem.conflicts, np.empty(0, dtype=np.int64)])
+    by_candidate = np.argsort(members, kind="stable")
+    reached = np.searchsorted(members[by_candidate], np.arange(problem.candidates + 1))
+    state = State(
+        indptr=problem.indptr,
+        element=problem.indices,
+        place=place,
+        starts=starts,
+        owner=owner,
+        sight=problem.sight,
+        fine=problem.fine[at],
+        weights=problem.weights,
+        prices=problem.prices,
+        live=problem.reachable,
+        fine_demand=problem.fine_demand,
+        limits=np.concatenate([[target], np.floor(extras * GRAIN) / GRAIN]),
+        group_ptr=reached.astype(np.int64),
+        group=np.repeat(np.arange(len(sizes)), sizes)[by_candidate].astype(np.int64),
+        rival_ptr=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
+        rival=members.astype(np.int64),
+        partial=np.zeros(len(at)),
+        value=np.zeros(problem.elements),
+        hits=np.zeros(problem.elements, dtype=np.int64),
+        fine_hits=np.zeros(problem.elements, dtype=np.int64),
+        taken=np.zeros(problem.candidates, dtype=np.bool_),
+        gain=np.zeros(problem.candidates),
+        blocked=np.zeros(problem.candidates, dtype=np.int64),
+        totals=np.zeros(3),
+    )
+    state_kernels.start(state)
+    return state
