@@ -13,7 +13,7 @@ import numpy as np
 from planner.airspace.airspace import Airspace, build_airspace
 from planner.airspace.candidates import candidate_positions
 from planner.config import CameraSettings, Config
-from planner.errors import PlannerError
+from planner.errors import MissingDependency, PlannerError
 from planner.findings import Finding
 from planner.flight.fly import Flight, plan_flight
 from planner.geometry.arrays import Floats
@@ -144,6 +144,7 @@ def plan(
 
     """
     config = Config() if config is None else config
+    _require_solvers(config)
     clock = _Clock(listener)
     prior = _study(source, config, clock)
     tried = _attempt(prior, prior.positions, config, map, clock)
@@ -164,6 +165,24 @@ def plan(
         findings=(*tried.selection.findings, *tried.flight.findings),
         timing=clock.seconds,
     )
+
+
+def _require_solvers(config: Config) -> None:
+    """Refuse solvers that are not known or not installed before any work is done."""
+    from solvers import SolverError, SolverUnavailable
+    from solvers.registry import load, require
+
+    for setting, family, name in (
+        ("viewpoints.solver", "cover", config.viewpoints.solver),
+        ("route.solver", "tour", config.route.solver),
+        ("flight.solver", "motion", config.flight.solver),
+    ):
+        try:
+            require(load(family, name))
+        except SolverUnavailable as error:
+            raise MissingDependency(f"{setting}: {error}") from error
+        except SolverError as error:
+            raise PlannerError(f"{setting} = {name!r}: {error}") from error
 
 
 @dataclass(frozen=True, slots=True, eq=False)

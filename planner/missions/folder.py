@@ -1,6 +1,5 @@
 """A folder that appears whole or not at all."""
 
-import os
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -31,10 +30,13 @@ def refuse_folder(target: str | Path, *, overwrite: bool) -> None:
     parent = target.absolute().parent
     while not parent.exists():
         parent = parent.parent
-    if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
+    try:
+        Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=parent)).rmdir()
+    except OSError as error:
         raise PlannerError(
-            f"{target}: cannot be written under {parent}; choose a folder you may write to"
-        )
+            f"{target}: cannot be written under {parent} ({error.strerror}); "
+            "choose a folder that you may write to"
+        ) from None
 
 
 @contextmanager
