@@ -74,9 +74,9 @@ def stray_points(xyz: Floats, neighbours: int, sigma: float) -> Bools:
     """Tell which points float alone, away from any structure.
 
     A point is stray if the mean distance to its ``neighbours`` nearest exceeds the cloud's mean of
-    that number by ``sigma`` standard deviations, and is also three times the median of its
-    neighbours' own. The second condition keeps what is merely sparse, such as the facades and
-    masts in an airborne scan, where all neighbours are as far apart.
+    that number by ``sigma`` standard deviations, and if its few nearest (a quarter of these) lie
+    three times as far as is usual among them. The second condition keeps what is merely sparse,
+    such as the facades, wires and masts in an airborne scan.
 
     Parameters
     ----------
@@ -105,13 +105,12 @@ def stray_points(xyz: Floats, neighbours: int, sigma: float) -> Bools:
     rows = np.flatnonzero(~_crowded(xyz, limit, neighbours))
     if len(rows) == 0:
         return stray
+    few = max(2, neighbours // 4)
     distance, near = tree.nearest(xyz[rows], neighbours + 1)
-    lonely = distance[:, 1:].mean(axis=1)
-    beyond = lonely > limit
-    around = xyz[near[beyond, 1:].ravel()]
-    theirs = tree.nearest(around, neighbours + 1)[0][:, 1:].mean(axis=1)
-    usual = np.median(theirs.reshape(-1, neighbours), axis=1)
-    stray[rows[beyond]] = lonely[beyond] > _STRAY * usual
+    beyond = distance[:, 1:].mean(axis=1) > limit
+    around = xyz[near[beyond, 1 : few + 1].ravel()]
+    usual = np.median(tree.nearest(around, few + 1)[0][:, few].reshape(-1, few), axis=1)
+    stray[rows[beyond]] = distance[beyond, few] > _STRAY * usual
     return stray
 
 

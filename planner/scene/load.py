@@ -98,7 +98,7 @@ def _mesh_scene(path: Path, placed: Placed) -> Scene:
     cell = max(finest_cell(span), 0.5 * spacing)
     cover = cover_mesh(mesh, 0.5 * cell)
     ground = estimate_ground(cover, cell=_ground_cell(float(span.max()), placed.metric), low=0.0)
-    cloud = orient_samples(samples, sky_grid(cover, cell, ground))
+    cloud = orient_samples(samples, mesh, sky_grid(cover, cell, ground), ground)
     notes.append(f"Sampled the mesh of {len(mesh)} triangles every {spacing:.3g} m.")
     if len(cloud) < len(samples):
         inside = len(samples) - len(cloud)

@@ -3,14 +3,16 @@
 import numpy as np
 
 from planner.geometry.arrays import Floats, Ints
-from planner.scene.cloud import PointCloud
+from planner.scene.cloud import Mesh, PointCloud
 from planner.scene.neighbours import Neighbours
 from planner.scene.openness import SkyGrid, sky_grid
 from planner.scene.scene import Ground
+from planner.scene.sky_rays import sky_lead
 
 _BLOCK = 65_536
 _CELL = 2.0  # of the occupancy grid, in typical distances between points
-_UP_BIAS = 0.15  # added for a normal that points up: ground and roofs are the rule
+_UP_BIAS = 0.03  # added for a normal that points up: ground and roofs are the rule
+_WAY = 0.01  # weight of the grid against one of the rays: it decides where these do not
 _MOST_HIDDEN = 0.9  # share of points inside beyond which the flood cannot be trusted
 _OWN = 3.0  # neighbours that a point's own opinion weighs
 _ROUNDS = 3  # of agreeing with the neighbours
@@ -54,21 +56,28 @@ def estimate_normals(
     return PointCloud(cloud.xyz, normals, cloud.colours, cloud.classes)
 
 
-def orient_samples(samples: PointCloud, grid: SkyGrid) -> PointCloud:
+def orient_samples(samples: PointCloud, mesh: Mesh, grid: SkyGrid, ground: Ground) -> PointCloud:
     """Turn the normals of a mesh's samples out of the solid, and leave out samples inside of it.
+
+    The side that more rays reach the sky from is outside; where none does on either side, the one
+    that a way through free cells joins with the sky.
 
     Parameters
     ----------
     samples
         Points with unit normals of either sign, such as those of a polygon soup.
+    mesh
+        The mesh that they were taken from.
     grid
         Openness around the mesh, from points that cover it without a gap.
+    ground
+        Terrain.
 
     Returns
     -------
     samples
-        The points that a way through free space joins with the sky, with outward normals. All of
-        them, if none or nearly none could be joined.
+        The points that a ray or a way through free space joins with the sky, with outward
+        normals. All of them, if that were hardly any.
 
     Raises
     ------
@@ -78,9 +87,13 @@ def orient_samples(samples: PointCloud, grid: SkyGrid) -> PointCloud:
     """
     if samples.normals is None:
         raise ValueError("cannot orient samples without normals.")
-    normals, _ = _towards_sky(samples.xyz, samples.normals, grid)
-    hidden = grid.sides(samples.xyz, normals)[1]
+    axes = samples.normals
+    lead, seen = sky_lead(samples.xyz, axes, mesh, ground)
+    way, hidden = grid.sides(samples.xyz, axes)
+    lead = lead + _WAY * way + _WAY * _UP_BIAS * axes[:, 2]
+    normals = np.where(lead[:, None] < 0.0, -axes, axes)
     turned = PointCloud(samples.xyz, normals, samples.colours, samples.classes)
+    hidden &= ~seen
     return turned.take(~hidden) if hidden.mean() < _MOST_HIDDEN else turned
 
 

@@ -16,7 +16,7 @@ _MOST_CELLS = 4_000_000
 _RIM = 3  # free cells around the points, and above them
 _ELEVATIONS = ((0.0, 0.5), (25.0, 1.0), (55.0, 1.0))  # degrees, weight
 _AZIMUTHS = 8
-_REACH = (1.5, 2.5)  # cells from a point to where its two sides are judged
+_REACH = (1.0, 1.6)  # cells from a point to where its two sides are judged
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,14 +58,19 @@ class SkyGrid:
             Whether neither side can be reached from the sky, shape (N,).
 
         """
-        lead = np.zeros(len(xyz))
+        front, front_reached = self._side(xyz, normals)
+        back, back_reached = self._side(xyz, -normals)
+        return front - back, ~(front_reached | back_reached)
+
+    def _side(self, xyz: Floats, normals: Floats) -> tuple[Floats, Bools]:
+        """Openness in front of each point, and whether a way from the sky leads there."""
+        openness = np.zeros(len(xyz))
         reached = np.zeros(len(xyz), dtype=bool)
         for reach in _REACH:
-            for sign in (1.0, -1.0):
-                index = self._index(xyz + sign * reach * self.cell * normals)
-                lead += sign * self.openness[index] / len(_REACH)
-                reached |= self.outside[index]
-        return lead, ~reached
+            index = self._index(xyz + reach * self.cell * normals)
+            openness += self.openness[index] / len(_REACH)
+            reached |= self.outside[index]
+        return openness, reached
 
     def _index(self, xyz: Floats) -> tuple[np.ndarray, ...]:
         index = np.floor((xyz - self.origin) / self.cell).astype(np.int64)
@@ -130,11 +135,11 @@ def _directions() -> list[tuple[Floats, float]]:
 
 
 def _above_ground(ground: Ground, origin: Floats, cell: float, shape: tuple[int, ...]) -> Bools:
-    """Which cells have their centre above the terrain less one cell."""
+    """Which cells have their centre above the terrain."""
     x, y, z = (origin[axis] + (np.arange(shape[axis]) + 0.5) * cell for axis in range(3))
     across = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     terrain = ground.height(across).reshape(len(x), len(y))
-    return np.asarray(z[None, None, :] > terrain[:, :, None] - cell)
+    return np.asarray(z[None, None, :] > terrain[:, :, None])
 
 
 def _lit(free: Bools, direction: Floats) -> Bools:

@@ -99,9 +99,18 @@ def cover_mesh(mesh: Mesh, step: float) -> Floats:
     rows, at = _ladder(height / step)
     face = np.repeat(np.arange(len(mesh)), rows)
     low, high = (p[face] + (apex[face] - p[face]) * at[:, None] for p in (a, b))
-    places, along = _ladder(np.linalg.norm(high - low, axis=1) / step)
-    row = np.repeat(np.arange(len(low)), places)
-    return np.asarray(low[row] + (high[row] - low[row]) * along[:, None])
+    rows_and_edges = (
+        np.concatenate([low, corners.reshape(-1, 3)]),
+        np.concatenate([high, np.roll(corners, -1, axis=1).reshape(-1, 3)]),
+    )
+    return _along(*rows_and_edges, step)
+
+
+def _along(start: Floats, end: Floats, step: float) -> Floats:
+    """Points at most ``step`` apart along each segment, its ends included."""
+    count, at = _ladder(np.linalg.norm(end - start, axis=1) / step)
+    row = np.repeat(np.arange(len(start)), count)
+    return np.asarray(start[row] + (end[row] - start[row]) * at[:, None])
 
 
 def _ladder(lengths: Floats) -> tuple[Ints, Floats]:

@@ -115,6 +115,8 @@ def _check_file(path: Path) -> None:
 def _check_content(path: Path, kind: str, start: bytes) -> None:
     """Refuse a file whose first bytes say that it is something else than its extension."""
     text = start.removeprefix(b"\xef\xbb\xbf").lstrip()
+    while text.startswith(b"#") and not text.startswith(b"# .PCD"):
+        text = text.partition(b"\n")[2].lstrip()
     for magic, kinds in _MAGIC:
         if not text.startswith(magic):
             continue

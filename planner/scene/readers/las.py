@@ -1,6 +1,9 @@
 """LAS and LAZ, through laspy."""
 
+import logging
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +40,7 @@ def read_las(path: Path, *, limit: int) -> Source:
     import laspy
 
     try:
-        with laspy.open(path) as reader:
+        with _silence("laspy"), laspy.open(path) as reader:
             header = reader.header
             _check_size(path, header, packed=bool(header.are_points_compressed))
             stride = max(1, math.ceil(header.point_count / limit))
@@ -56,7 +59,7 @@ def read_las(path: Path, *, limit: int) -> Source:
         raise truncated(path, f"{seen} of {header.point_count} points")
     if not parts:
         raise refusal(path, "it holds no points", "give a file with points")
-    notes = (f"Took every {stride}th of {seen} points.",) if stride > 1 else ()
+    notes = (f"Took one point in {stride} of {seen}.",) if stride > 1 else ()
     colours = [part[1] for part in parts]
     return Source(
         xyz=np.concatenate([part[0] for part in parts]),
@@ -65,6 +68,18 @@ def read_las(path: Path, *, limit: int) -> Source:
         crs=_crs(header),
         notes=notes,
     )
+
+
+@contextmanager
+def _silence(name: str) -> Iterator[None]:
+    """Keep a library's log off the terminal: what goes wrong is told by our own error."""
+    logger = logging.getLogger(name)
+    level = logger.level
+    logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
 
 
 def _check_size(path: Path, header: Any, *, packed: bool) -> None:

@@ -9,6 +9,8 @@ import numpy as np
 from planner.errors import PlannerError
 from planner.geometry.arrays import Bytes, Floats, Ints
 
+_LONGEST = 200
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
@@ -46,7 +48,10 @@ class Source:
 
 def refusal(path: Path, wrong: str, remedy: str) -> PlannerError:
     """One-line error that names the file, what is wrong with it and the remedy."""
-    return PlannerError(" ".join(f"{path}: {wrong}; {remedy}".split()))
+    told = "".join(letter if letter.isprintable() else "?" for letter in " ".join(wrong.split()))
+    if len(told) > _LONGEST:  # foreign messages may quote half a file
+        told = told[: _LONGEST - 3] + "..."
+    return PlannerError(f"{path}: {told}; {remedy}")
 
 
 def truncated(path: Path, what: str) -> PlannerError:
