@@ -1,6 +1,6 @@
 """A second opinion on clearance that shares no code with the planner's own.
 
-Distances to triangles come from a grid of cells and a closed formula instead of FCL, the side
+Distances to triangles come from a tree of boxes and a closed formula instead of FCL, the side
 from a lattice of those distances instead of marked cells, and raw points from a k-d tree.
 """
 
@@ -17,15 +17,20 @@ from planner.geometry.arrays import Bools, Floats, Ints, read_only
 from planner.scene.cloud import Mesh
 
 _MOST_CELLS = 30_000_000
-_MOST_LISTS = 4_000_000
-_MOST_ENTRIES = 40_000_000
 _LEVELS = 3
+_SPREAD = {
+    32: 0x1F00000000FFFF,
+    16: 0x1F0000FF0000FF,
+    8: 0x100F00F00F00F00F,
+    4: 0x10C30C30C30C30C3,
+    2: 0x1249249249249249,
+}
 _HALF_DIAGONAL = 0.5 * float(np.sqrt(3.0))
 _STEPS = 10  # of the walk out of doubt; each about doubles the distance
 
 
-class TriangleCells:
-    """Exact distances to triangles; brute force, but only over the cells that matter.
+class TriangleTree:
+    """Exact distances to triangles, by branch and bound over a tree of boxes.
 
     Parameters
     ----------
@@ -35,27 +40,22 @@ class TriangleCells:
     """
 
     def __init__(self, mesh: Mesh) -> None:
-        from planner.airspace.field_kernels import list_triangles
+        from planner.airspace.field_kernels import LEAF
 
         corners = mesh.vertices[mesh.triangles]
-        low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-        extent, boxes = np.maximum(high - low, 1e-6), np.ptp(corners, axis=1)
-        typical = float(np.median(boxes.max(axis=1)))
-        cell = max(2.0 * typical, 1e-3 * float(extent.max()))
-        while (
-            np.prod(np.ceil(extent / cell) + 1.0) > _MOST_LISTS
-            or np.prod(boxes / cell + 2.0, axis=1).sum() > _MOST_ENTRIES
-        ):
-            cell *= 1.1
-        self._origin, self._cell, self._corners = low, cell, corners
-        self._shape = np.ceil(extent / cell).astype(np.int64) + 1
-        scaled = (corners - low) / cell
-        count = np.zeros(int(self._shape.prod()) + 1, dtype=np.int64)
-        total = list_triangles(scaled, self._shape, count, np.zeros(0, np.int64))
-        ends = np.cumsum(count)
-        self._items = np.empty(total, dtype=np.int64)
-        self._start = np.r_[0, ends[:-1]]
-        list_triangles(scaled, self._shape, self._start.copy(), self._items)
+        self._corners = corners = corners[np.argsort(_along_curve(corners.mean(axis=1)))]
+        leaves = 1 << int(np.ceil(np.log2(max(1, -(-len(corners) // LEAF)))))
+        self._low = np.full((2 * leaves, 3), np.inf)
+        self._high = np.full((2 * leaves, 3), -np.inf)
+        first = np.arange(0, len(corners), LEAF)
+        filled = slice(leaves, leaves + len(first))
+        self._low[filled] = np.minimum.reduceat(corners.min(axis=1), first)
+        self._high[filled] = np.maximum.reduceat(corners.max(axis=1), first)
+        while leaves > 1:
+            below, leaves = slice(leaves, 2 * leaves), leaves // 2
+            level = slice(leaves, 2 * leaves)
+            self._low[level] = self._low[below].reshape(-1, 2, 3).min(axis=1)
+            self._high[level] = self._high[below].reshape(-1, 2, 3).max(axis=1)
 
     def distance(self, points: Floats) -> Floats:
         """Distance from each point, shape (m, 3), to the nearest triangle, shape (m,), metres."""
@@ -63,17 +63,18 @@ class TriangleCells:
 
         out = np.empty(len(points))
         at = np.ascontiguousarray(points, dtype=np.float64)
-        distances(
-            at,
-            self._corners,
-            self._start,
-            self._items,
-            self._origin,
-            self._cell,
-            self._shape,
-            out,
-        )
+        distances(at, self._corners, self._low, self._high, out)
         return out
+
+
+def _along_curve(points: Floats) -> Ints:
+    """Place of each point on a curve that fills space (Morton order), so that neighbours meet."""
+    low = points.min(axis=0)
+    width = max(float((points.max(axis=0) - low).max()), 1e-9)
+    bits = (((points - low) / width) * (2**20 - 1)).astype(np.int64)
+    for step in (32, 16, 8, 4, 2):  # spread the bits of each number three apart
+        bits = (bits | (bits << step)) & _SPREAD[step]
+    return np.asarray(bits[:, 0] | (bits[:, 1] << 1) | (bits[:, 2] << 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,8 +242,8 @@ class DistanceField:
         return np.asarray(slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-9))
 
     @cached_property
-    def _triangles(self) -> TriangleCells:
-        return TriangleCells(self.mesh)
+    def _triangles(self) -> TriangleTree:
+        return TriangleTree(self.mesh)
 
     @cached_property
     def _tree(self) -> Any:
@@ -290,7 +291,7 @@ class Lattice:
 
 
 def _lattice(
-    triangles: TriangleCells, low: Floats, high: Floats, cell: float, d_min: float
+    triangles: TriangleTree, low: Floats, high: Floats, cell: float, d_min: float
 ) -> Lattice:
     """Fill a lattice from coarse blocks to single cells, and flood its empty cells.
 

@@ -1,4 +1,4 @@
-"""Compiled exact distances to triangles through a grid of cells; import only where one is made."""
+"""Compiled exact distances to triangles through a tree of boxes; import only where one is made."""
 
 import math
 from typing import Any
@@ -10,34 +10,8 @@ from planner.geometry.compiled import compiled
 
 Array = NDArray[Any]
 
+LEAF = 4  # triangles a leaf
 _FLAT = 1e-8  # width over length under which a triangle is as good as its edges
-
-
-@compiled
-def list_triangles(corners: Array, shape: Array, start: Array, items: Array) -> int:
-    """List for each cell the triangles whose boxes touch it; return how many entries.
-
-    ``corners`` (T, 3, 3) are in cells. The first call, with empty ``items``, counts into
-    ``start`` (cells + 1); the second, with the sums of those counts, fills ``items`` and leaves
-    in ``start`` where each cell ends.
-    """
-    total = 0
-    first, last = np.empty(3, np.int64), np.empty(3, np.int64)
-    for t in range(len(corners)):
-        for c in range(3):
-            low = min(corners[t, 0, c], corners[t, 1, c], corners[t, 2, c]) - 1e-9
-            high = max(corners[t, 0, c], corners[t, 1, c], corners[t, 2, c]) + 1e-9
-            first[c] = min(max(math.floor(low), 0), shape[c] - 1)
-            last[c] = min(max(math.floor(high), 0), shape[c] - 1)
-        for i in range(first[0], last[0] + 1):
-            for j in range(first[1], last[1] + 1):
-                for k in range(first[2], last[2] + 1):
-                    cell = (i * shape[1] + j) * shape[2] + k
-                    if len(items):
-                        items[start[cell]] = t
-                    start[cell] += 1
-                    total += 1
-    return total
 
 
 @compiled
@@ -79,59 +53,47 @@ def _square_to_triangle(x: float, y: float, z: float, corners: Array) -> float:
 
 
 @compiled
-def _square_in_cells(  # noqa: PLR0917 - compiled
-    x: float, y: float, z: float, corners: Array, items: Array, first: int, last: int, best: float
-) -> float:
-    """Least squared distance to the listed triangles, or ``best`` if that is less."""
-    for entry in range(first, last):
-        best = min(best, _square_to_triangle(x, y, z, corners[items[entry]]))
-    return best
+def _square_to_box(x: float, y: float, z: float, low: Array, high: Array) -> float:
+    """Squared distance from a point to a box, 0 inside; infinite for an empty one."""
+    dx = max(low[0] - x, x - high[0], 0.0)
+    dy = max(low[1] - y, y - high[1], 0.0)
+    dz = max(low[2] - z, z - high[2], 0.0)
+    return float(dx * dx + dy * dy + dz * dz)
 
 
 @compiled
-def distances(  # noqa: PLR0917 - compiled
-    points: Array,
-    corners: Array,
-    start: Array,
-    items: Array,
-    origin: Array,
-    cell: float,
-    shape: Array,
-    out: Array,
-) -> None:
-    """Distance from each point to the nearest triangle, found shell by shell of cells.
+def distances(points: Array, corners: Array, low: Array, high: Array, out: Array) -> None:
+    """Distance from each point to the nearest triangle, by branch and bound.
 
-    All but the first cell's list begin where the one before ends; ``start`` (cells + 1).
+    ``corners`` (T, 3, 3) lie in the leaves of a complete binary tree in order, ``LEAF`` in each;
+    ``low`` and ``high`` are the boxes of its nodes, the root at 1, the children of n at 2 n and
+    2 n + 1. The search for each point starts from the triangle that was nearest to the last.
     """
-    nx, ny, nz = shape[0], shape[1], shape[2]
+    leaves = len(low) // 2
+    nodes, squares = np.empty(128, np.int64), np.empty(128)
+    nearest = 0
     for p in range(len(points)):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
-        fx, fy, fz = (x - origin[0]) / cell, (y - origin[1]) / cell, (z - origin[2]) / cell
-        ci, cj, ck = math.floor(fx), math.floor(fy), math.floor(fz)
-        border = min(fx - ci, ci + 1 - fx, fy - cj, cj + 1 - fy, fz - ck, ck + 1 - fz)
-        border = max(border - 1e-9, 0.0)
-        farthest = max(ci, nx - 1 - ci, cj, ny - 1 - cj, ck, nz - 1 - ck)
-        shell = max(0, -ci, ci - nx + 1, -cj, cj - ny + 1, -ck, ck - nz + 1)
-        best = np.inf
-        while shell <= farthest:
-            for i in range(max(ci - shell, 0), min(ci + shell, nx - 1) + 1):
-                side_i = abs(i - ci) == shell
-                for j in range(max(cj - shell, 0), min(cj + shell, ny - 1) + 1):
-                    row = (i * ny + j) * nz
-                    if side_i or abs(j - cj) == shell:
-                        low, high = max(ck - shell, 0), min(ck + shell, nz - 1)
-                        if low <= high:
-                            first, last = start[row + low], start[row + high + 1]
-                            best = _square_in_cells(x, y, z, corners, items, first, last, best)
-                        continue
-                    for k in (ck - shell, ck + shell):
-                        if 0 <= k < nz:
-                            first, last = start[row + k], start[row + k + 1]
-                            best = _square_in_cells(x, y, z, corners, items, first, last, best)
-            within = (shell + border) * cell
-            if best <= within * within:
-                break
-            shell += 1
+        best = _square_to_triangle(x, y, z, corners[nearest])
+        nodes[0], squares[0], waiting = 1, 0.0, 1
+        while waiting:
+            waiting -= 1
+            node = nodes[waiting]
+            if squares[waiting] >= best:
+                continue
+            if node >= leaves:
+                first = (node - leaves) * LEAF
+                for t in range(first, min(first + LEAF, len(corners))):
+                    square = _square_to_triangle(x, y, z, corners[t])
+                    if square < best:
+                        best, nearest = square, t
+                continue
+            left = _square_to_box(x, y, z, low[2 * node], high[2 * node])
+            right = _square_to_box(x, y, z, low[2 * node + 1], high[2 * node + 1])
+            near = 0 if left <= right else 1  # looked at first, so put on top
+            nodes[waiting], squares[waiting] = 2 * node + 1 - near, max(left, right)
+            nodes[waiting + 1], squares[waiting + 1] = 2 * node + near, min(left, right)
+            waiting += 2
         out[p] = math.sqrt(best)
 
 
