@@ -62,11 +62,13 @@ class SurfaceSettings(_Settings):
 
     ``clusters`` is the wanted number of clusters by position and normal (``None``: one per about
     400 samples). ``trim`` is how many radii from any point the Poisson surface is dropped,
-    unless nearer surface encloses it.
+    unless nearer surface encloses it. ``walls`` stands plain walls under roof edges where no
+    facade was seen, before the Poisson surface is made.
     """
 
     clusters: int | None = Field(default=None, ge=1)
     trim: float = Field(default=5.0, gt=0.0)
+    walls: bool = True
 
 
 class QualitySettings(_Settings):

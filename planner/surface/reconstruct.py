@@ -16,6 +16,7 @@ from planner.surface.poisson_disk import poisson_disk, triangle_normals
 from planner.surface.samples import THINNING, Surface, SurfaceSamples
 from planner.surface.snap import snap_to_cloud
 from planner.surface.trim import trim
+from planner.surface.walls import stand_walls
 
 DEFAULTS = SurfaceSettings()
 _SNAP = 0.8  # share of R within which points pull the surface
@@ -69,9 +70,7 @@ def reconstruct_surface(
     if scene.mesh is not None:
         mesh = scene.mesh
     else:
-        rough = poisson_mesh(thinned, depth=poisson_depth)
-        cut = trim(rough, thinned.xyz, radius=radius, distance=settings.trim * radius)
-        mesh = snap_to_cloud(cut, thinned, reach=_SNAP * radius)
+        mesh = _poisson(thinned, scene.ground, radius, poisson_depth, settings)
     samples = _sample(mesh, thinned, scene.ground, radius=radius, settings=settings, seed=seed)
     if len(samples) == 0:
         raise PlannerError(
@@ -79,6 +78,25 @@ def reconstruct_surface(
             "reached from outside; check the up axis, or set a smaller scale.radius"
         )
     return Surface(mesh, samples, thinned)
+
+
+def _poisson(
+    thinned: PointCloud, ground: Ground, radius: float, depth: int, settings: SurfaceSettings
+) -> Mesh:
+    known = thinned
+    if settings.walls:
+        known = _joined(thinned, stand_walls(thinned, ground, radius=radius))
+    rough = poisson_mesh(known, depth=depth)
+    cut = trim(rough, known.xyz, ground, radius=radius, distance=settings.trim * radius)
+    return snap_to_cloud(cut, thinned, reach=_SNAP * radius)
+
+
+def _joined(first: PointCloud, second: PointCloud) -> PointCloud:
+    assert first.normals is not None
+    assert second.normals is not None
+    return PointCloud(
+        np.vstack([first.xyz, second.xyz]), np.vstack([first.normals, second.normals])
+    )
 
 
 def _with_normals(cloud: PointCloud, neighbours: int, ground: Ground) -> PointCloud:

@@ -4,6 +4,7 @@ import numpy as np
 
 from planner.geometry.arrays import Bools, Floats, Ints
 from planner.scene.cloud import Mesh
+from planner.scene.scene import Ground
 from planner.surface.poisson_disk import triangle_normals
 
 _FARTHEST = 3.0  # times the distance at which a surface is far: no hole is believed beyond
@@ -11,12 +12,12 @@ _BRIDGED = 1.5  # radii around each point that count as covered while the footpr
 _MARGIN = 0.5  # radii of them that stay
 
 
-def trim(mesh: Mesh, points: Floats, *, radius: float, distance: float) -> Mesh:
+def trim(mesh: Mesh, points: Floats, ground: Ground, *, radius: float, distance: float) -> Mesh:
     """Drop what Poisson reconstruction invents, and keep what it fills.
 
     Kept is what lies within ``distance`` of a point, and what lies farther but is enclosed by such
     surface: holes in the ground and bare facades. Dropped are the skirts outside of the points' own
-    footprint, whatever is far and open, and crumbs smaller than one sample.
+    footprint or below the ground, whatever is far and open, and crumbs smaller than one sample.
 
     Parameters
     ----------
@@ -24,6 +25,8 @@ def trim(mesh: Mesh, points: Floats, *, radius: float, distance: float) -> Mesh:
         Poisson surface, metres.
     points
         What was measured, shape (N, 3), metres.
+    ground
+        Terrain; R below it and R away from all points nothing is believed.
     radius
         Poisson-disk radius R, metres.
     distance
@@ -39,6 +42,8 @@ def trim(mesh: Mesh, points: Floats, *, radius: float, distance: float) -> Mesh:
 
     near = np.asarray(cKDTree(points).query(mesh.vertices)[0])
     inside = in_footprint(mesh.vertices, points, radius)
+    above = mesh.vertices[:, 2] > ground.height(mesh.vertices) - radius
+    inside &= above | (near <= radius)
     believed: Bools = inside & ((near <= distance) | _enclosed(mesh, near, inside, distance))
     kept = select_triangles(mesh, np.asarray(believed[mesh.triangles].all(axis=1)))
     return drop_crumbs(kept, smallest=np.pi * radius**2)
