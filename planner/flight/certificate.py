@@ -9,7 +9,8 @@ A piece is cut in halves until each part is proven. A part is proven in one of t
   the part is at least ``r`` away from solids; and as the ends are outside of solids by the sign
   of their clearance, and no surface lies between, the whole part is.
 
-Zones are kept in the same two ways.
+Zones are kept in the same two ways, and the bounds of the space that is known because a curve
+stays in the convex hull of its control points.
 
 What is proven is the larger of the wanted distance and the smallest clearance seen so far on the
 piece less a tolerance, so that the bound is tight as well as true. A point too close refutes the
@@ -62,7 +63,8 @@ class Certificate:
     Parameters
     ----------
     safe
-        Whether clearance is at least the wanted distance and no zone is touched, shape (M,).
+        Whether clearance is at least the wanted distance, no zone is touched and the bounds are
+        kept, shape (M,).
     clearance
         Proven lower bound of the clearance, metres, shape (M,); minus infinity where not safe.
     zone_margin
@@ -124,8 +126,13 @@ def certify(
 
 
 def prove(controls: Floats, airspace: Space, margin: float) -> Certificate:
-    """Certificate of pieces for ``margin`` metres more than ``d_min``, and so many to zones."""
-    return certify(controls, airspace, required=airspace.d_min + margin, zone_required=margin)
+    """Certificate of pieces for half of ``margin`` metres beyond ``d_min``, and as much to zones.
+
+    Places and edges are chosen with the whole margin: the other half is what rounding their
+    coordinates may cost, without which the proof of an edge that just touches would fail.
+    """
+    half = 0.5 * margin
+    return certify(controls, airspace, required=airspace.d_min + half, zone_required=half)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -199,7 +206,7 @@ class _Proof:
             if zone_proven[row] and not proven[row]:
                 proven[row] = self._swept(start, end, goal[row] + around)
                 solid[row] = goal[row]
-        done = proven & zone_proven
+        done = proven & zone_proven & self._within(parts.controls).all(axis=1)
         np.minimum.at(self.floor, parts.owner[done], solid[done])
         np.minimum.at(self.zone_floor, parts.owner[done], zone[done])
         return parts.take(~done)
@@ -229,6 +236,11 @@ class _Proof:
     def _zone_swept(self, start: Floats, end: Floats, margin: float) -> bool:
         return self.airspace.zone_margin_at_least(start, end, margin)
 
+    def _within(self, points: Floats) -> Bools:
+        """Which points, shape (..., 3), lie in the space that is known."""
+        low, high = self.airspace.bounds
+        return np.asarray(((points >= low) & (points <= high)).all(axis=-1))
+
     def _look(self, points: Floats, owner: Ints) -> tuple[Floats, Floats]:
         """Clearance and zone margin of points on the curve; refutes pieces by them."""
         if not len(points):
@@ -239,6 +251,8 @@ class _Proof:
         self.where[owner[order[less]]] = points[order[less]]
         np.fmin.at(self.seen, owner, clearance)
         np.fmin.at(self.seen_zone, owner, zones)
-        close = ~((clearance >= self.required) & (zones >= self.zone_required))  # or no number
+        close = ~self._within(points) | ~(
+            (clearance >= self.required) & (zones >= self.zone_required)
+        )  # or no number
         self.safe[owner[close]] = False
         return clearance, zones

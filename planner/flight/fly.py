@@ -8,7 +8,8 @@ import numpy as np
 from planner.config import FlightSettings
 from planner.findings import Finding
 from planner.flight.certificate import Space
-from planner.flight.legs import Leg, Legs, Pair
+from planner.flight.curve import Leg
+from planner.flight.legs import Legs, Pair
 from planner.flight.path import JOINT_DECIMALS, FlightPath
 from planner.flight.reach import largest_group, unbroken_runs
 from planner.geometry.arrays import Floats, Ints, read_only
@@ -126,15 +127,24 @@ def _free_rows(spots: Floats, airspace: Space, margin: float) -> tuple[Ints, lis
     if not len(spots):
         return np.zeros(0, dtype=np.int64), []
     required = airspace.d_min + margin
+    low, high = airspace.bounds
     clearance, zones = airspace.clearance(spots), airspace.zone_margin(spots)
-    away, allowed = clearance >= required, zones >= margin
+    beyond = np.maximum(low - spots, spots - high).max(axis=1)
     findings = []
-    for row in np.flatnonzero(~(away & allowed)).tolist():
-        kept, wanted = (zones[row], margin) if away[row] else (clearance[row], required)
-        what = "zones or the ceiling" if away[row] else "solids"
-        reason = f"is {kept:.3f} m from {what} where {wanted:.3f} m are kept"
+    for row in range(len(spots)):
+        if not clearance[row] >= required:
+            reason = f"is {clearance[row]:.3f} m from solids where {required:.3f} m are kept"
+        elif not zones[row] >= margin:
+            reason = (
+                f"is {zones[row]:.3f} m from zones or the ceiling where {margin:.3f} m are kept"
+            )
+        elif not beyond[row] <= 0.0:
+            reason = f"is {beyond[row]:.3f} m beyond the space that is known"
+        else:
+            continue
         findings.append(_dropped(row, spots, reason))
-    return np.flatnonzero(away & allowed), findings
+    lost = {int(finding.number) for finding in findings}
+    return np.array([row for row in range(len(spots)) if row not in lost], np.int64), findings
 
 
 def _pairs(rows: Ints, *, closed: bool) -> list[Pair]:
@@ -149,8 +159,13 @@ def _reachable(rows: Ints, broken: list[bool], legs: Legs, *, closed: bool) -> s
     group = largest_group(runs, legs.joined)
     if len(group) < len(rows):
         return group
-    shortest: list[int] = min(runs, key=len)
-    return group - set(shortest)  # joined elsewhere, but not in this order
+    return group - {_loose_end(runs, closed=closed)}
+
+
+def _loose_end(runs: list[list[int]], *, closed: bool) -> int:
+    """Viewpoint to give up where all are joined, but not in this order: beside a broken leg."""
+    before, after = (runs[-1], runs[0]) if closed else (runs[0], runs[1])
+    return after[0] if len(after) <= len(before) else before[-1]
 
 
 def _assemble(legs: list[Leg], *, closed: bool, count: int) -> FlightPath:

@@ -13,7 +13,7 @@ class Solids:
         self.boxes = np.array(boxes, dtype=float).reshape(-1, 2, 3)
         self.balls = np.array(balls, dtype=float).reshape(-1, 4)
         self.ground, self.ceiling, self.d_min = ground, ceiling, d_min
-        low, high = bounds or ((-60, -60, -5), (60, 60, 60))
+        low, high = bounds or ((-500, -500, -100), (500, 500, 500))
         self.bounds = np.array(low, dtype=float), np.array(high, dtype=float)
 
     def clearance(self, points):
@@ -97,6 +97,8 @@ def check_safe(flight, space):
     if len(points):
         assert space.clearance(points).min() >= space.d_min
         assert space.zone_margin(points).min() >= 0.0
+        assert (points >= space.bounds[0]).all()
+        assert (points <= space.bounds[1]).all()
     for piece in range(len(path)):
         t = np.linspace(0, 1, 400)[:, None]
         a, b, c, d = path.controls[piece]

@@ -135,6 +135,15 @@ def test_a_viewpoint_that_is_not_free_is_dropped_first(solids, assert_safe, view
     assert_safe(flight, space)
 
 
+def test_no_curve_leaves_the_space_that_is_known(solids, assert_safe, viewpoints_at):
+    space = solids(ground=0.0, bounds=((-20, -20, 0), (20, 20, 30)))
+    spots = [[-19, -15, 10], [19, -14, 10], [19.9, 0, 10], [19, 14, 10], [-19, 15, 10], [0, 21, 9]]
+    flight = plan_flight(viewpoints_at(spots), space, closed=True)
+    assert_safe(flight, space)
+    assert flight.kept.tolist() == [0, 1, 2, 3, 4]
+    assert "1.000 m beyond" in flight.findings[0].message
+
+
 def test_nothing_free_gives_an_empty_flight(solids, viewpoints_at):
     flight = plan_flight(viewpoints_at([[0, 0, 10], [1, 0, 12]]), tower(solids))
     assert len(flight.path) == 0

@@ -129,7 +129,6 @@ BREAKS = [
     (without_lengths, swinging_arc),
     (without_lengths, mast),
     (without_edges, tower),
-    (without_edges, mast),
     (without_zones, floor_and_lid),
     (without_ground, floor_and_lid),
     (without_second_halves, tower),
