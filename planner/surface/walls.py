@@ -19,6 +19,7 @@ _DIRECTIONS = 16
 _STRAIGHT = 0.35  # least length of the mean open direction: an edge, not a spike
 _DOWNWARD = -0.5  # vertical part of the normal of an underside
 _ENOUGH = 2  # cells that must agree
+_ALIKE = 0.5  # cosine within which directions are averaged: not around a corner
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,7 +122,7 @@ def roof_edges(cloud: PointCloud, ground: Ground, *, radius: float) -> Edges:
     edge &= _roof_behind(columns.highest, place, height - radius, outward)
     edge &= ~_seen_under(columns.lowest, place, 0.5 * (height + foot), outward)
     rows = _outermost(cloud.xyz, columns, place[edge], height[edge] - 0.5 * radius, outward[edge])
-    return Edges(cloud.xyz[rows], outward[edge], foot[edge])
+    return Edges(cloud.xyz[rows], _agreed(cloud.xyz[rows], outward[edge], radius), foot[edge])
 
 
 def _columns(cloud: PointCloud, cell: float) -> _Columns:
@@ -162,6 +163,21 @@ def _seen_under(lowest: Floats, place: Ints, below: Floats, outward: Floats) -> 
     steps = range(2, _STEPS + 1)  # the next cell may hold points of the wall itself
     seen = [_look(lowest, place, -outward * k) < below for k in steps]
     return np.asarray(np.sum(seen, axis=0) >= _ENOUGH)
+
+
+def _agreed(xyz: Floats, outward: Floats, radius: float) -> Floats:
+    """Mean direction of the edges around each: the grid knows only so many."""
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(xyz)
+    pairs = tree.sparse_distance_matrix(tree, 1.5 * radius, output_type="ndarray")
+    row, other = pairs["i"], pairs["j"]
+    alike = np.einsum("pc,pc->p", outward[row], outward[other]) > _ALIKE
+    row, other = row[alike], other[alike]
+    mean = np.column_stack(
+        [np.bincount(row, outward[other, axis], minlength=len(xyz)) for axis in range(2)]
+    )
+    return np.asarray(mean / np.linalg.norm(mean, axis=1, keepdims=True))
 
 
 def _look(grid: Floats, place: Ints, offset: Floats) -> Floats:
