@@ -108,6 +108,84 @@ def list_solvers(as_json: AsJson = False) -> None:
         print(f"{row['family']:8}{row['name']:24}{row['source']}{note}")  # noqa: T201
 
 
+@solvers_app.command("compare")
+def compare_solvers(
+    family: Annotated[str, typer.Argument(help="cover, pairs, tour or motion.")],
+    instances: Annotated[
+        list[str] | None,
+        typer.Argument(help="Files (TSPLIB, OR-Library), or random:SIZE:SEED, boxes:COUNT:SEED."),
+    ] = None,
+    solver: Annotated[
+        list[str] | None, typer.Option(help='Name, or "two-opt neighbours=5"; all if left out.')
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="How many seeds, from 0 up.")] = 1,
+    seconds: Annotated[float | None, typer.Option(help="Limit of each run.")] = None,
+    iterations: Annotated[int | None, typer.Option(min=1, help="Limit of each run.")] = None,
+    csv: Annotated[Path | None, typer.Option(help="File for the rows.")] = None,
+    markdown: Annotated[Path | None, typer.Option(help="File for the tables.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="File for the anytime curves.")] = None,
+    workers: Workers = 1,
+    as_json: AsJson = False,
+) -> None:
+    """Race solvers of FAMILY on INSTANCES and print a table: one row an instance and solver."""
+    from solvers.cases import cases, entrants
+    from solvers.compare import compare
+
+    with _solver_errors(), _executor(workers) as spread:
+        stop = _stop(seconds, iterations)
+        racing = cases(family, instances or ()), entrants(family, solver or ())
+        table = compare(*racing, range(seeds), stop, map=spread, listener=_say_trial)
+        for path, text in ((csv, table.csv()), (markdown, table.markdown())):
+            if path is not None:
+                path.write_text(text, encoding="utf-8")
+        if plot is not None:
+            table.plot(plot)
+    print(table.json() if as_json else table.markdown())  # noqa: T201
+    raise typer.Exit(1 if table.interrupted or any(row.reason for row in table.rows) else 0)
+
+
+def _stop(seconds: float | None, iterations: int | None) -> Any:
+    from solvers import Stop
+
+    try:
+        return Stop(seconds=seconds, iterations=iterations)
+    except ValueError as error:
+        raise PlannerError(f"--seconds or --iterations: {error}") from error
+
+
+def _say_trial(trial: Any) -> None:
+    """Show how one run of a comparison ended."""
+    if trial.result is None:
+        outcome = trial.reason
+    else:
+        outcome = f"{trial.result.status}, {trial.result.cost:.7g}, {trial.result.seconds:.2f} s"
+    _print(f"{trial.instance}  {trial.solver}  seed {trial.seed}: {outcome}")
+
+
+@contextmanager
+def _solver_errors() -> Iterator[None]:
+    """Turn what a comparison finds wrong with its words or files into a line of this command."""
+    from solvers import SolverError
+
+    try:
+        yield
+    except (SolverError, OSError) as error:
+        raise PlannerError(str(error)) from error
+
+
+@contextmanager
+def _executor(workers: int) -> Iterator[Any]:
+    """``map``, or that of spawned processes whose death is noticed."""
+    if workers == 1:
+        yield map
+        return
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        yield pool.map
+
+
 def _plan_and_save(
     source: Any, settings: Any, out: Path, *, workers: int, overwrite: bool, as_json: bool
 ) -> None:

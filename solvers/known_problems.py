@@ -68,7 +68,7 @@ def larger_problem(family: str) -> Problem[Any]:
     if family == "cover":
         return CoverProblem(rng.random((60, 80)) < 0.1, rng.integers(1, 9, 60), 2)
     if family == "pairs":
-        return _pair_problem(30, 40, 0.5)
+        return pair_problem(30, 40, 0.5)
     raise InvalidProblem(f"there is no battery for family {family!r}.")
 
 
@@ -127,28 +127,28 @@ def _covers() -> dict[str, CoverProblem]:
 
 def _pairs() -> dict[str, PairCoverProblem]:
     return {
-        "priced": _pair_problem(7, 5, 0.8, prices=np.array([2.0, 1, 3, 1, 2, 1, 2])),
-        "ties": _pair_problem(7, 5, 0.8),
-        "free": _pair_problem(6, 4, 0.9, prices=0.0),
-        "huge prices": _pair_problem(6, 4, 0.9, prices=1e9),
-        "tiny prices": _pair_problem(6, 4, 0.9, prices=1e-9),
-        "a share": _pair_problem(7, 5, 0.8, share=0.5),
-        "a budget": _pair_problem(7, 5, 0.8, budget=2.0),
-        "no budget at all": _pair_problem(6, 4, 0.9, budget=0.0),
-        "conflicts": _pair_problem(7, 5, 0.9, conflicts=[[0, 1], [1, 2, 3]]),
-        "impossible": _pair_problem(2, 2, 1.0, conflicts=[[0, 1]]),
-        "two candidates": _pair_problem(2, 2, 1.0),
-        "out of reach": _pair_problem(1, 2, 1.0),
+        "priced": pair_problem(7, 5, 0.8, prices=np.array([2.0, 1, 3, 1, 2, 1, 2])),
+        "ties": pair_problem(7, 5, 0.8),
+        "free": pair_problem(6, 4, 0.9, prices=0.0),
+        "huge prices": pair_problem(6, 4, 0.9, prices=1e9),
+        "tiny prices": pair_problem(6, 4, 0.9, prices=1e-9),
+        "a share": pair_problem(7, 5, 0.8, share=0.5),
+        "a budget": pair_problem(7, 5, 0.8, budget=2.0),
+        "no budget at all": pair_problem(6, 4, 0.9, budget=0.0),
+        "conflicts": pair_problem(7, 5, 0.9, conflicts=[[0, 1], [1, 2, 3]]),
+        "impossible": pair_problem(2, 2, 1.0, conflicts=[[0, 1]]),
+        "two candidates": pair_problem(2, 2, 1.0),
+        "out of reach": pair_problem(1, 2, 1.0),
     }
 
 
-def _pair_problem(
-    candidates: int, elements: int, share_hit: float, **wanted: Any
+def pair_problem(
+    candidates: int, elements: int, share_hit: float, *, seed: int = 23, **wanted: Any
 ) -> PairCoverProblem:
     """Candidates on a circle about elements near its middle; the pairs at 20 degrees count most."""
     from scipy.sparse import csr_array
 
-    rng = np.random.default_rng(23)
+    rng = np.random.default_rng(seed)
     turn = np.deg2rad(20.0) * np.arange(candidates)
     eyes = np.column_stack([np.cos(turn), np.sin(turn), np.full(candidates, 0.3)])
     targets = rng.uniform(-0.1, 0.1, (elements, 3))
