@@ -104,8 +104,9 @@ def list_solvers(as_json: AsJson = False) -> None:
         print(json.dumps(rows, indent=1))  # noqa: T201
         return
     for row in rows:
+        origin = "" if row["source"] == "built in" else f"  [{row['source']}]"
         note = "" if row["available"] else f"  (missing: {row['missing']})"
-        print(f"{row['family']:8}{row['name']:24}{row['source']}{note}")  # noqa: T201
+        print(f"{row['family']:8}{row['name']:20}{row['summary']}{origin}{note}")  # noqa: T201
 
 
 @solvers_app.command("compare")

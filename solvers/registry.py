@@ -77,18 +77,20 @@ def catalogue() -> list[dict[str, Any]]:
     """One plain row for each registered solver of every family, ready for a table or JSON.
 
     Keys: ``family``, ``name``, ``source`` ("built in", or a plug-in's ``"module:Class"``),
-    ``available``, and ``missing`` (what to install, or why a plug-in does not load; empty
-    if available).
+    ``available``, ``missing`` (what to install, or why a plug-in does not load; empty if
+    available) and ``summary`` (first line of its description).
     """
     rows: list[dict[str, Any]] = []
     for entry in (entry for family in families() for entry in entries(family)):
+        summary = ""
         try:
-            absent = ", ".join(missing(load(entry.family, entry.name)))
+            solver = load(entry.family, entry.name)
+            absent, summary = ", ".join(missing(solver)), _summary(solver)
         except SolverError as error:
             absent = str(error)
         source = "built in" if entry.built_in else entry.spec
         row = {"family": entry.family, "name": entry.name, "source": source}
-        rows.append({**row, "available": not absent, "missing": absent})
+        rows.append({**row, "available": not absent, "missing": absent, "summary": summary})
     return rows
 
 
@@ -139,6 +141,12 @@ def require(solver: Any) -> None:
         raise SolverUnavailable(
             f"solver {solver.name!r} needs {' and '.join(absent)}: pip install {' '.join(absent)}"
         )
+
+
+def _summary(solver: Any) -> str:
+    described = inspect.getdoc(type(solver)) or ""
+    made_up = described.startswith(f"{type(solver).__name__}(")  # what `dataclass` puts there
+    return "" if made_up else described.partition("\n")[0]
 
 
 def _built_in(family: str) -> dict[str, str]:
