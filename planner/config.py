@@ -102,6 +102,8 @@ class ZoneSettings(_Settings):
 class AirspaceSettings(_Settings):
     """No-fly hull and zones. ``ceiling`` is metres above the ground under the drone.
 
+    ``beyond`` is how far outside of the scene's box flight is considered, metres (``None``: d_max);
+    nothing is known there, and level ground is assumed.
     ``fill_under_roofs``: what lies under a surface that faces up counts as solid down to the next
     underside or the terrain, since walls are often missing in a first flight's data.
     ``most_cells`` bounds the memory of the grid that tells inside from outside, one byte a cell.
@@ -109,6 +111,7 @@ class AirspaceSettings(_Settings):
 
     ceiling: float | None = Field(default=None, gt=0.0)
     zones: tuple[ZoneSettings, ...] = ()
+    beyond: float | None = Field(default=None, gt=0.0)
     fill_under_roofs: bool = True
     most_cells: int = Field(default=200_000_000, ge=1_000, le=2_000_000_000)
 
@@ -126,9 +129,23 @@ class ViewpointSettings(_Settings):
     views follow until all have ``marks`` scanned marks, at least ``exclusion_voxels`` apart.
 
     ``confidence_angle_deg`` is where the orientation term of Eq. 7 falls to 1/e.
+
+    ``objective = "reconstructability"`` goes on from the cover's answer: ``pair_solver`` searches
+    the fewest photos (or, with a ``budget``, that many photos) such that a ``share`` of the
+    samples that can reach it have a reconstructability h of ``target``, and ``sharp_views`` of the
+    photos within the wanted GSD. A photo counts for h up to ``pair_range`` of the distance at
+    which it is worth nothing. ``effort`` says how many positions and iterations that may take.
     """
 
     preset: Literal["cover", "paper"] = "cover"
+    objective: Literal["hits", "reconstructability"] = "hits"
+    effort: Literal["quick", "standard", "best"] = "standard"
+    target: float = Field(default=4.0, gt=0.0)
+    share: float = Field(default=0.98, gt=0.0, le=1.0)
+    sharp_views: int = Field(default=2, ge=0, le=20)
+    budget: int | None = Field(default=None, ge=1)
+    pair_range: float = Field(default=0.5, gt=0.0, le=1.0)
+    pair_solver: str = "lns"
     solver: str = "greedy"
     aims: int = Field(default=4, ge=1, le=62)
     aim_directions: int = Field(default=62, ge=1, le=64)

@@ -215,6 +215,10 @@ class Airspace:
         highest = np.minimum(np.where(side < 0, -surface, surface), obstacle)
         return lowest, highest
 
+    def obstacle_distance(self, points: Floats) -> Floats:
+        """Distance from finite points, (m, 3), to the nearest raw point, (m,), metres."""
+        return self._points.distance(points)
+
     def zone_margin(self, points: Floats) -> Floats:
         """Signed margin of points, (m, 3), to zones, metres; negative is forbidden.
 
@@ -339,10 +343,10 @@ def build_airspace(
     Returns
     -------
     airspace
-        Flight is considered in the box grown by ``d_max``, from the terrain up.
+        Flight is considered in the box grown by ``d_max`` or what the settings say.
 
     """
-    low, high = _bounds(scene, d_max)
+    low, high = _bounds(scene, d_max if settings.beyond is None else settings.beyond)
     sheet = terrain(scene.ground)
     grid, curtains = occupancy(
         mesh,
@@ -368,9 +372,9 @@ def build_airspace(
     )
 
 
-def _bounds(scene: Scene, d_max: float) -> tuple[Floats, Floats]:
-    """Corners, along the local axes, of the scene's box grown by ``d_max``."""
-    half = 0.5 * scene.box.size @ np.abs(scene.box.axes) + d_max
+def _bounds(scene: Scene, beyond: float) -> tuple[Floats, Floats]:
+    """Corners, along the local axes, of the scene's box grown by so many metres."""
+    half = 0.5 * scene.box.size @ np.abs(scene.box.axes) + beyond
     low, high = scene.box.centre - half, scene.box.centre + half
     low[2] = min(low[2], float(scene.ground.heights.min()))
     return low, high

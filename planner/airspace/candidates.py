@@ -39,7 +39,10 @@ class CandidateGrid:
 
 
 def candidate_positions(airspace: Airspace, *, box: Box, voxel: float, limit: int) -> CandidateGrid:
-    """Find voxel centres in the grown box with a clearance from ``d_min`` to ``d_max``.
+    """Find free voxel centres in the grown box that are within ``d_max`` of a point of the scene.
+
+    The level ground that is assumed beyond the scene is nothing to photograph, so it does not
+    count; if there are no points at all, solids do.
 
     Parameters
     ----------
@@ -91,10 +94,12 @@ def _free_centres(airspace: Airspace, box: Box, size: Floats, voxel: float) -> F
     blocks = _lattice(-(-shape // width)) * width
     while len(blocks):
         local = corner + (blocks + 0.5 * width) * voxel
-        low, high = airspace.clearance_range(box.centre + local @ box.axes)
+        at = box.centre + local @ box.axes
+        low, high = airspace.clearance_range(at)
+        away = airspace.obstacle_distance(at) if len(airspace.obstacles) else high
         radius = 0.5 * np.sqrt(3.0) * (width - 1) * voxel  # to the outermost centres
-        some = (high + radius >= least) & (low - radius <= airspace.d_max)
-        every = (low - radius >= least) & (high + radius <= airspace.d_max)
+        some = (high + radius >= least) & (away - radius <= airspace.d_max)
+        every = (low - radius >= least) & (away + radius <= airspace.d_max)
         found.append(_voxels(blocks[every], width))
         blocks, width = blocks[some & ~every], width // 2
         blocks = _split(blocks, width) if width else blocks[:0]

@@ -12,7 +12,8 @@ BLOCKS = [((-14, -14, 0), (-6, -6, 12)), ((4, -12, 0), (12, -2, 7)), ((2, 6, 9),
 
 @pytest.fixture(scope="module")
 def place(make):
-    scene = make.scene([[0, 0, 14.0]], turn=0.3)
+    points = np.random.default_rng(0).uniform((-18, -18, 0), (10, 18, 14), (25, 3))
+    scene = make.scene(points, turn=0.3)
     zone = ZoneSettings(polygon=((-30, 5), (-10, 5), (-10, 20), (-30, 20)))
     limits = AirspaceSettings(zones=(zone,), ceiling=22.0)
     mesh = make.boxes(BLOCKS)
@@ -31,11 +32,12 @@ def test_exactly_the_free_voxel_centres_near_solids_are_found(place, voxel):
     grid = candidate_positions(airspace, box=scene.box, voxel=voxel, limit=10**6)
     every = all_voxels(scene, airspace, voxel)
     clearance = airspace.clearance(every)
-    wanted = every[airspace.is_free(every) & (clearance <= airspace.d_max)]
+    away = np.linalg.norm(every[:, None] - airspace.obstacles, axis=2).min(axis=1)
+    usable = airspace.is_free(every) & (away <= airspace.d_max)
+    barely = clearance < airspace.d_min + 0.01  # a hair more than d_min is asked for
+    wanted = every[usable]
     assert grid.voxel == voxel
-    sure = np.abs(clearance - airspace.d_min) > 0.01  # a hair more than d_min is asked for
-    extra = every[airspace.is_free(every) & (clearance <= airspace.d_max) & ~sure]
-    assert len(wanted) - len(extra) <= len(grid) <= len(wanted)
+    assert len(wanted) - (usable & barely).sum() <= len(grid) <= len(wanted)
     rows = {tuple(row) for row in np.round(wanted, 9)}
     assert rows.issuperset(tuple(row) for row in np.round(grid.positions, 9))
 
@@ -48,7 +50,7 @@ def test_too_many_become_fewer_by_wider_voxels(place):
     assert 400 < len(few) <= 800
     assert few.voxel > 1.0
     assert airspace.is_free(few.positions).all()
-    assert airspace.clearance(few.positions).max() <= airspace.d_max
+    assert airspace.obstacle_distance(few.positions).max() <= airspace.d_max
     again = candidate_positions(airspace, box=scene.box, voxel=1.0, limit=800)
     np.testing.assert_array_equal(again.positions, few.positions)
 
@@ -66,6 +68,14 @@ def test_neighbours_are_a_voxel_apart_along_the_box(place):
     shape = np.floor((scene.box.size + 18.0) / 3.0)
     steps = local / 3.0 + 0.5 * shape - 0.5
     np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
+
+
+def test_without_points_solids_are_what_is_photographed(make):
+    mesh = make.boxes(BLOCKS)
+    airspace = build_airspace(make.scene(), mesh, d_min=2.0, d_max=9.0)
+    grid = candidate_positions(airspace, box=make.scene().box, voxel=4.0, limit=10**5)
+    assert len(grid) > 300
+    assert airspace.clearance(grid.positions).max() <= 9.0
 
 
 def test_no_room_gives_no_positions(place, make):

@@ -226,6 +226,11 @@ def test_flight_is_only_considered_within_the_grown_box(make):
     assert not airspace.capsule_clearance_at_least(at[0], np.full(3, np.nan), 1.0)
 
 
+def test_how_far_beyond_the_scene_one_may_fly_can_be_set(make):
+    airspace = built(make, make.boxes(UNIT), settings=AirspaceSettings(beyond=4.0))
+    np.testing.assert_allclose(airspace.bounds, [[-24, -24, -4], [24, 24, 24]])
+
+
 def test_a_grid_that_must_stay_small_is_only_stricter(make, solids):
     blocks = [((-9, -9, 0), (-2, 9, 12)), ((4, -9, 0), (9, 9, 8))]
     coarse = built(make, make.boxes(blocks), d_min=2.0, settings=AirspaceSettings(most_cells=1000))
