@@ -17,6 +17,7 @@ from planner.errors import MissingDependency, PlannerError
 from planner.findings import Finding
 from planner.flight.fly import Flight, plan_flight
 from planner.geometry.arrays import Floats
+from planner.missions.written import WrittenPlan, load_plan
 from planner.route.order import Route, order_viewpoints
 from planner.scale import Scale, derive_scale
 from planner.scene.load import load_scene
@@ -105,6 +106,11 @@ class Plan:
         from planner.report.folder import save_plan
 
         save_plan(self, folder, overwrite=overwrite)
+
+    @staticmethod
+    def load(folder: str | Path) -> WrittenPlan:
+        """Read a written plan back; see :func:`planner.missions.written.load_plan`."""
+        return load_plan(folder)
 
 
 def camera_of(settings: CameraSettings) -> Camera:

@@ -110,10 +110,10 @@ def check_folder(folder: str | Path, *, scene: str | Path | None = None) -> Chec
     folder = Path(folder)
     if not folder.is_dir():
         raise PlannerError(f"{folder}: is no folder; name the folder of a plan")
-    arrays = _read_arrays(folder / "airspace.npz")
+    arrays = read_arrays_file(folder / "airspace.npz")
     field = DistanceField.from_arrays(arrays, name=str(folder / "airspace.npz"))
     stored = read_arrays(arrays, name=str(folder / "airspace.npz"))
-    path, speed = _read_path(folder / "path.json")
+    path, speed = read_path_file(folder / "path.json")
     viewpoints = read_viewpoints(folder / "viewpoints.csv")
     rows = read_path_table(folder / "path.csv")
     problems = [
@@ -145,7 +145,7 @@ def check_folder(folder: str | Path, *, scene: str | Path | None = None) -> Chec
     )
 
 
-def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
+def read_arrays_file(path: Path) -> dict[str, NDArray[Any]]:
     """Arrays of an NPZ file, without unpickling and within bounded memory."""
     try:
         with zipfile.ZipFile(path) as archive:
@@ -161,7 +161,7 @@ def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
         raise PlannerError(f"{path}: is damaged ({error}); plan again") from None
 
 
-def _read_path(path: Path) -> tuple[FlightPath, float]:
+def read_path_file(path: Path) -> tuple[FlightPath, float]:
     """Curve and speed of ``path.json``."""
     tree = read_json(path)
     try:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from planner import PlannerError, PlanStatus, check_folder, load_config, plan, synthetic_scene
+from planner import Plan, PlannerError, PlanStatus, check_folder, load_config, plan, synthetic_scene
 from planner.airspace.airspace import Airspace
 from planner.geometry import bezier
 from planner.missions.records import read_json
@@ -79,6 +79,19 @@ def test_report_numbers_agree_with_the_files(planned, written):
     assert report["path"]["length"] == pytest.approx(planned.flight.path.length)
     assert sum(report["viewpoints"]["reasons"].values()) == len(planned.samples)
     assert report["path"]["certified_clearance"] >= report["airspace"]["d_min"]
+
+
+def test_a_written_plan_is_read_back(planned, written):
+    back = Plan.load(written)
+    assert back.config == planned.config
+    assert back.speed == planned.config.flight.speed
+    np.testing.assert_array_equal(back.path.controls, planned.flight.path.controls)
+    np.testing.assert_allclose(back.viewpoints.positions, planned.viewpoints.positions, atol=1e-9)
+    np.testing.assert_array_equal(back.frame.origin, planned.scene.frame.origin)
+    probes = planned.scene.cloud.xyz[::50] + [0.0, 0.0, 3.0]
+    np.testing.assert_array_equal(
+        back.airspace.clearance(probes), planned.airspace.clearance(probes)
+    )
 
 
 def lines_of(path):
@@ -185,3 +198,31 @@ def test_workers_do_not_change_a_byte(scene, tmp_path, preset):
     with multiprocessing.get_context("spawn").Pool(2) as pool:
         plan(scene, config, map=pool.map).save(tmp_path / "two")
     assert files_of(tmp_path / "one") == files_of(tmp_path / "two")
+
+
+def test_a_wall_of_no_fly_zone_and_a_ceiling_are_kept(scene, tmp_path):
+    zone = "{polygon=[[-3.0,-60.0],[3.0,-60.0],[3.0,60.0],[-3.0,60.0]],top=28.0}"
+    settings = [*SETTINGS, f"airspace.zones=[{zone}]", "airspace.ceiling=40.0"]
+    result = plan(scene, load_config(None, settings))
+    result.save(tmp_path / "plan")
+    rows = Plan.load(tmp_path / "plan").rows
+    inside = (np.abs(rows[:, 1]) < 3.0) & (np.abs(rows[:, 2]) < 60.0) & (rows[:, 3] < 28.0)
+    assert not inside.any()
+    assert (np.sign(rows[:, 1]) > 0).any()
+    assert (np.sign(rows[:, 1]) < 0).any()  # both sides are photographed, over the zone
+    height = rows[:, 3] - scene.ground.height(rows[:, 1:3])
+    assert height.max() <= 40.0 + 1e-6
+    assert check_folder(tmp_path / "plan").zone_margin >= -2e-4
+
+
+@pytest.mark.parametrize(
+    ("setting", "complaint"),
+    [
+        ("airspace.ceiling=3.0", "no position is free"),
+        ("airspace.zones=[{kind='keep_in',polygon=[[0,0],[0.1,0],[0,0.1]],top=0.5}]", "zones"),
+    ],
+)
+def test_what_leaves_no_room_is_refused_with_its_numbers(scene, setting, complaint):
+    with pytest.raises(PlannerError, match=complaint) as caught:
+        plan(scene, load_config(None, [*SETTINGS, setting]))
+    assert "d_min" in str(caught.value)
