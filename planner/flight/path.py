@@ -75,6 +75,8 @@ class FlightPath:
             raise ValueError(f"legs must count up from 0, got {self.leg.tolist()}.")
         if not np.array_equal(ends, self.reached >= 0):
             raise ValueError("a viewpoint must be reached at the end of each leg and only there.")
+        if self.reached.min(initial=-1) < -1 or self.start < (0 if count else -1):
+            raise ValueError(f"viewpoints count from 0, got {self.start} and {self.reached.min()}.")
 
     def __len__(self) -> int:
         return len(self.controls)

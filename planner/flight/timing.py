@@ -15,6 +15,9 @@ TURN_RATE_DEG = 60.0
 """Degrees a second at which the camera turns between two photos from one place."""
 
 
+MOST_ROWS = 5_000_000
+"""Longer tables are refused: they come from a broken file."""
+
 SHORTEST = 1e-3
 """A leg shorter than this many metres counts as one without length."""
 
@@ -52,7 +55,8 @@ def sample_path(
     Raises
     ------
     ValueError
-        If speed or step is not positive, or the path speaks of other viewpoints.
+        If speed or step is not positive, the path speaks of other viewpoints, or there would be
+        more than :data:`MOST_ROWS` rows.
 
     """
     if not (speed > 0.0 and step > 0.0):
@@ -79,6 +83,10 @@ def sample_path(
     durations = _durations(path, resting, speed)
     until = np.cumsum(durations)
     arrival, departure = until[last], np.concatenate([[0.0], until[last[:-1]]])
+    if not arrival[-1] / step < MOST_ROWS:
+        raise ValueError(
+            f"a flight of {arrival[-1]:.3g} s has too many rows; is {speed} m/s right?"
+        )
 
     t = _times(arrival, step)
     piece = np.searchsorted(until, t).clip(0, len(path) - 1)

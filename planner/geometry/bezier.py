@@ -174,7 +174,7 @@ def parameter_at(controls: Floats, piece: Ints, distance: Floats) -> Floats:
     low, high = left, left + 1.0 / INTERVALS
     at = left + np.where(whole > 0.0, wanted / np.where(whole > 0.0, whole, 1.0), 0.0) / INTERVALS
     own = controls[piece]
-    for _ in range(30):
+    for _ in range(12):
         span = at - left
         nodes = left[:, None] + _NODES * span[:, None]  # (n, G)
         run = np.linalg.norm(derivative(own[:, None], nodes), axis=-1) @ _WEIGHTS * span

@@ -194,5 +194,7 @@ def test_torn_or_misnumbered_paths_are_refused(solids, viewpoints_at):
         broken[1][key] = value
         with pytest.raises(ValueError, match=r"leg|viewpoint|piece"):
             FlightPath.from_records(broken, start=0)
+    with pytest.raises(ValueError, match="count from 0"):
+        FlightPath.from_records(records, start=-1)
     with pytest.raises(ValueError, match="malformed"):
         FlightPath.from_records([{"leg": 0}], start=0)

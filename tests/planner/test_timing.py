@@ -28,7 +28,7 @@ def viewpoints(positions, yaw, pitch):
 
 def wandering(count, seed):
     rng = np.random.default_rng(seed)
-    positions = np.round(np.cumsum(rng.normal(0, 6, (count, 3)) + [3, 0, 0], axis=0) + 200, 4)  # noqa: RUF005
+    positions = np.round(np.cumsum(rng.normal(0, 6, (count, 3)) + [3, 0, 0], axis=0) + 200, 4)
     return viewpoints(positions, rng.uniform(-179, 180, count), rng.uniform(-90, 0, count))
 
 
@@ -168,5 +168,7 @@ def test_wrong_speeds_and_foreign_viewpoints_are_refused(flown):
     path, views = flown
     with pytest.raises(ValueError, match="speed"):
         sample_path(path, views, speed=0.0)
+    with pytest.raises(ValueError, match="too many rows"):
+        sample_path(path, views, speed=1e-9)
     with pytest.raises(ValueError, match="viewpoint 24"):
         sample_path(path, views.take(np.arange(5)), speed=4.0)
