@@ -218,13 +218,15 @@ class DistanceField:
         """Which points are proven outside: steps that no surface can cross lead to the sky.
 
         Each step of a point in doubt goes almost as far as its nearest surface is, straight away
-        from it. A point farther than ``d_min`` from surfaces, or in the middle between two, stays.
+        from it. A point in the middle between two surfaces stays; so does one farther away than
+        any doubt reaches, whose own cell is empty: it lies in a hollow.
         """
+        doubt = max(self.d_min, 2.0 * self.lattice.cell)
         outside: Bools = self.lattice.sky[tuple(self.lattice.index(points).T)]
         rows = np.flatnonzero(~outside)
         at, distance = points[rows], distance[rows]
         for _ in range(_STEPS):
-            going = (distance > 0.0) & (distance < self.d_min)
+            going = (distance > 0.0) & (distance < doubt)
             rows, at, distance = rows[going], at[going], distance[going]
             at = at + 0.99 * distance[:, None] * self._away(at, distance)
             arrived = self.lattice.holds(at) & self.lattice.sky[tuple(self.lattice.index(at).T)]

@@ -142,6 +142,20 @@ def test_under_a_roof_without_walls_the_stored_curtains_close_the_building(make)
     assert field.clearance(np.array([[0, 0, 18.0]]))[0] == pytest.approx(4.0)
 
 
+def test_a_coarse_lattice_proves_the_same_places_outside(pair, monkeypatch):
+    airspace, _ = pair
+    monkeypatch.setattr("planner.airspace.field._MOST_CELLS", 6000)
+    field = DistanceField.from_arrays(airspace.to_arrays())
+    assert field.lattice.cell > 2.0 * airspace.d_min
+    points = np.random.default_rng(0).uniform((-34, -34, 0), (34, 34, 30), (3000, 3))
+    planned, checked = airspace.clearance(points), field.clearance(points)
+    assert (checked <= planned + 1e-9).all()
+    clear = planned >= 2.0
+    assert (checked[clear] >= 2.0).mean() > 0.98
+    bound = field.lower_bound(points)
+    assert (bound <= planned + 1e-9).all()
+
+
 def test_the_second_opinion_never_loads_the_first():
     code = (
         "import sys, numpy as np\n"

@@ -32,7 +32,7 @@ def check_place(scene, mesh, *, d_min, d_max, voxel):
 
 def test_a_church_of_a_city_model(shared_data):
     scene = load_scene(shared_data / "scenes/meshes/lyon_church_vaulx.ply")
-    airspace = check_place(scene, scene.mesh, d_min=2.0, d_max=30.0, voxel=3.0)
+    airspace = check_place(scene, scene.mesh, d_min=2.0, d_max=12.0, voxel=4.0)
     roof = scene.cloud.xyz[scene.cloud.xyz[:, 2].argmax()]
     inside = roof * [1, 1, 0.5]
     assert airspace.clearance(inside[None])[0] < 0
