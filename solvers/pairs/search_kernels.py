@@ -12,14 +12,13 @@ from solvers.pairs.state_kernels import flip, loss_of
 @compiled
 def best_addition(s: State, limit: float, banned: int) -> int:
     """Candidate of most gain for its price that fits below the price limit, or -1."""
+    taken, gain, blocked, prices = s.taken, s.gain, s.blocked, s.prices
     best, best_key = -1, 0.0
     room = limit - s.totals[1]
-    for c in range(len(s.taken)):
-        if s.taken[c] or s.gain[c] <= 0.0 or s.blocked[c] > 0 or c == banned:
+    for c in range(len(taken)):
+        if taken[c] or gain[c] <= 0.0 or blocked[c] > 0 or c == banned or prices[c] > room:
             continue
-        if s.prices[c] > room:
-            continue
-        key = s.gain[c] / s.prices[c] if s.prices[c] > 0.0 else np.inf
+        key = gain[c] / prices[c] if prices[c] > 0.0 else np.inf
         if key > best_key:
             best, best_key = c, key
     return best
@@ -31,16 +30,16 @@ def best_single(s: State, limit: float, banned: int) -> int:
 
     For when no single addition makes a pair of any worth.
     """
+    elements, place, live, value, sight = s.element, s.place, s.live, s.value, s.sight
     best, best_key = -1, 0.0
-    room = limit - s.totals[1]
+    room, target, indptr = limit - s.totals[1], s.limits[0], s.indptr
     for c in range(len(s.taken)):
         if s.taken[c] or s.blocked[c] > 0 or c == banned or s.prices[c] > room:
             continue
         total = 0.0
-        for at in range(s.indptr[c], s.indptr[c + 1]):
-            e, k = s.element[at], s.place[at]
-            if s.live[e] and s.value[e] < s.limits[0]:
-                total += max(s.sight[k, 3], 0.0) * max(s.sight[k, 4], 0.0)
+        for at in range(indptr[c], indptr[c + 1]):
+            if live[elements[at]] and value[elements[at]] < target:
+                total += max(sight[place[at], 3], 0.0) * max(sight[place[at], 4], 0.0)
         if total <= 0.0:
             continue
         key = total / s.prices[c] if s.prices[c] > 0.0 else np.inf
@@ -100,12 +99,12 @@ def prune(s: State, wanted: int) -> None:
 @compiled
 def neighbours(s: State, centre: int, count: int) -> Array:
     """Choose the candidates that share most elements with a chosen one, itself first."""
-    shared = np.zeros(len(s.taken), dtype=np.int64)
+    elements, starts, taken, owner = s.element, s.starts, s.taken, s.owner
+    shared = np.zeros(len(taken), dtype=np.int64)
     for at in range(s.indptr[centre], s.indptr[centre + 1]):
-        e = s.element[at]
-        for k in range(s.starts[e], s.starts[e + 1]):
-            if s.taken[s.owner[k]]:
-                shared[s.owner[k]] += 1
+        for k in range(starts[elements[at]], starts[elements[at] + 1]):
+            if taken[owner[k]]:
+                shared[owner[k]] += 1
     shared[centre] = len(s.element) + 1
     found = np.empty(count, dtype=np.int64)
     for n in range(count):
