@@ -8,6 +8,7 @@ import numpy as np
 
 from planner.geometry.arrays import Floats, Ints
 from planner.scene.cloud import PointCloud
+from planner.surface.oriented import normals_of
 
 _CELLS_PER_WIDTH = 1.25  # grid cells in one standard deviation of the smoothing
 _REACH = 3.0  # standard deviations after which the smoothing is cut off
@@ -43,7 +44,7 @@ def smoothed_normals(cloud: PointCloud, at: Floats, *, width: float, area: Float
     )
     row, point = pairs["i"], pairs["j"]
     weight = area[point] * np.exp(-0.5 * (pairs["v"] / width) ** 2) / (2.0 * np.pi * width**2)
-    normals = _normals(cloud)
+    normals = normals_of(cloud)
     columns = [
         np.bincount(row, weight * normals[point, axis], minlength=len(at)) for axis in range(3)
     ]
@@ -110,7 +111,7 @@ def _block_gradient(
     # a sheet smoothed in three dimensions peaks at 1 / (sqrt(2 pi) width)
     blur *= np.sqrt(2.0 * np.pi) * (width / cell) / cell**2
     squared[0, 0, 0] = 1.0
-    normals = _normals(cloud)[inside]
+    normals = normals_of(cloud)[inside]
     dot = np.zeros(squared.shape, np.complex128)
     for axis, k in enumerate((kx, ky, kz)):
         dot += k * rfftn(_splat(position[inside], area[inside] * normals[:, axis], block))
@@ -135,9 +136,3 @@ def _splat(position: Floats, values: Floats, block: int) -> Floats:
 
 def _flat(node: Ints, block: int) -> Ints:
     return np.asarray((node[:, 0] * block + node[:, 1]) * block + node[:, 2])
-
-
-def _normals(cloud: PointCloud) -> Floats:
-    if cloud.normals is None:
-        raise ValueError("the gradient needs normals, the cloud has none.")
-    return cloud.normals

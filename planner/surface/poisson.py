@@ -3,6 +3,7 @@
 import numpy as np
 
 from planner.scene.cloud import Mesh, PointCloud
+from planner.surface.oriented import normals_of
 
 
 def poisson_mesh(cloud: PointCloud, *, depth: int) -> Mesh:
@@ -29,11 +30,9 @@ def poisson_mesh(cloud: PointCloud, *, depth: int) -> Mesh:
     """
     import open3d as o3d
 
-    if cloud.normals is None:
-        raise ValueError("the Poisson surface needs normals, the cloud has none.")
     # copies, since Open3D refuses read-only arrays
     points = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(cloud.xyz.copy()))
-    points.normals = o3d.utility.Vector3dVector(cloud.normals.copy())
+    points.normals = o3d.utility.Vector3dVector(normals_of(cloud).copy())
     # one thread: with more the result differs from run to run
     mesh, _ = o3d.geometry.TriangleMesh.create_from_point_cloud_poisson(
         points, depth=depth, n_threads=1

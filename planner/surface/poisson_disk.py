@@ -6,6 +6,7 @@ import numpy as np
 
 from planner.geometry.arrays import Floats, Ints
 from planner.scene.cloud import Mesh
+from planner.scene.sampling import triangle_normals
 
 _CANDIDATES = 32  # a disk of half the radius holds 25 on average: none is missed in practice
 _LIMIT = 20_000_000
@@ -26,14 +27,6 @@ class DiskSamples:
 
     xyz: Floats
     triangle: Ints
-
-
-def triangle_normals(mesh: Mesh) -> tuple[Floats, Floats]:
-    """Unit normals, shape (T, 3), 0 of a sliver, and areas, shape (T,), square metres."""
-    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
-    cross = np.cross(b - a, c - a)
-    length = np.linalg.norm(cross, axis=1)
-    return cross / np.where(length > 0.0, length, 1.0)[:, None], 0.5 * length
 
 
 def poisson_disk(mesh: Mesh, radius: float, *, seed: int = 0) -> DiskSamples:

@@ -8,11 +8,13 @@ from planner.geometry.arrays import Bools, Floats
 from planner.scene.cleaning import thin
 from planner.scene.cloud import Mesh, PointCloud
 from planner.scene.normals import estimate_normals
+from planner.scene.sampling import triangle_normals
 from planner.scene.scene import Ground, Scene
 from planner.surface.clusters import cluster_samples
 from planner.surface.openness import openness
+from planner.surface.oriented import joined, normals_of
 from planner.surface.poisson import poisson_mesh
-from planner.surface.poisson_disk import poisson_disk, triangle_normals
+from planner.surface.poisson_disk import poisson_disk
 from planner.surface.samples import THINNING, Surface, SurfaceSamples
 from planner.surface.snap import snap_to_cloud
 from planner.surface.trim import trim
@@ -75,7 +77,8 @@ def reconstruct_surface(
     if len(samples) == 0:
         raise PlannerError(
             f"{scene.source or scene.name}: no surface sample of radius {radius:.3g} m can be "
-            "reached from outside; check the up axis, or set a smaller scale.radius"
+            "reached from outside; set scale.radius between the spacing of the points and the size "
+            "of what they show, or check the up axis"
         )
     return Surface(mesh, samples, thinned)
 
@@ -85,18 +88,10 @@ def _poisson(
 ) -> Mesh:
     known = thinned
     if settings.walls:
-        known = _joined(thinned, stand_walls(thinned, ground, radius=radius))
+        known = joined(thinned, stand_walls(thinned, ground, radius=radius))
     rough = poisson_mesh(known, depth=depth)
     cut = trim(rough, known.xyz, ground, radius=radius, distance=settings.trim * radius)
     return snap_to_cloud(cut, thinned, reach=_SNAP * radius)
-
-
-def _joined(first: PointCloud, second: PointCloud) -> PointCloud:
-    assert first.normals is not None
-    assert second.normals is not None
-    return PointCloud(
-        np.vstack([first.xyz, second.xyz]), np.vstack([first.normals, second.normals])
-    )
 
 
 def _with_normals(cloud: PointCloud, neighbours: int, ground: Ground) -> PointCloud:
@@ -154,13 +149,13 @@ def _mean_normals(
     """
     from scipy.spatial import cKDTree
 
-    assert cloud.normals is not None
+    facing_out = normals_of(cloud)
     pairs = cKDTree(xyz).sparse_distance_matrix(cKDTree(cloud.xyz), radius, output_type="ndarray")
     row, point = pairs["i"], pairs["j"]
-    facing = np.einsum("pc,pc->p", normals[row], cloud.normals[point]) > 0.5
+    facing = np.einsum("pc,pc->p", normals[row], facing_out[point]) > 0.5
     row, point = row[facing], point[facing]
     total = np.column_stack(
-        [np.bincount(row, cloud.normals[point, axis], minlength=len(xyz)) for axis in range(3)]
+        [np.bincount(row, facing_out[point, axis], minlength=len(xyz)) for axis in range(3)]
     )
     length = np.linalg.norm(total, axis=1)
     found = length > 1e-9

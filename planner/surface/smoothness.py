@@ -6,6 +6,7 @@ import numpy as np
 
 from planner.geometry.arrays import Floats
 from planner.scene.cloud import PointCloud
+from planner.surface.oriented import normals_of
 from planner.surface.quantile import grouped_quantile
 from planner.surface.samples import SurfaceSamples
 
@@ -46,14 +47,12 @@ def smoothness(
     """
     from scipy.spatial import cKDTree
 
-    if cloud.normals is None:
-        raise ValueError("Eq. 2 needs normals, the cloud has none.")
     pairs = cKDTree(samples.xyz).sparse_distance_matrix(
         cKDTree(cloud.xyz), samples.radius, output_type="ndarray"
     )
     row, point = pairs["i"], pairs["j"]
     weight = distance_weight(pairs["v"], samples.radius)
-    cosine = np.einsum("pc,pc->p", cloud.normals[point], samples.normals[row])
+    cosine = np.einsum("pc,pc->p", normals_of(cloud)[point], samples.normals[row])
     agreement = np.exp(-(((1.0 - cosine) / (1.0 - np.cos(angle))) ** 2))
     total = np.bincount(row, weight * agreement, minlength=len(samples))
     if form == "sum":

@@ -4,7 +4,8 @@ import numpy as np
 
 from planner.geometry.arrays import Floats
 from planner.scene.cloud import Mesh, PointCloud
-from planner.surface.poisson_disk import triangle_normals
+from planner.scene.sampling import triangle_normals
+from planner.surface.oriented import normals_of
 
 
 def vertex_normals(mesh: Mesh) -> Floats:
@@ -47,21 +48,20 @@ def snap_to_cloud(mesh: Mesh, cloud: PointCloud, *, reach: float, neighbours: in
     """
     from scipy.spatial import cKDTree
 
-    if cloud.normals is None:
-        raise ValueError("snapping needs normals, the cloud has none.")
+    normals = normals_of(cloud)
     distance, row = cKDTree(cloud.xyz).query(
         mesh.vertices, k=min(neighbours, len(cloud)), distance_upper_bound=reach
     )
     near = np.isfinite(distance)
     row = np.where(near, row, 0)
     own = vertex_normals(mesh)
-    facing = np.einsum("vkc,vc->vk", cloud.normals[row], own).clip(0.0) ** 2
+    facing = np.einsum("vkc,vc->vk", normals[row], own).clip(0.0) ** 2
     weight = np.where(near, np.exp(-((2.0 * np.where(near, distance, 0.0) / reach) ** 2)), 0.0)
     weight *= facing
     total = weight.sum(axis=1)
     safe = np.maximum(total, 1e-12)[:, None]
     centre = np.einsum("vk,vkc->vc", weight, cloud.xyz[row]) / safe
-    normal = np.einsum("vk,vkc->vc", weight, cloud.normals[row])
+    normal = np.einsum("vk,vkc->vc", weight, normals[row])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
     shift = np.einsum("vc,vc->v", centre - mesh.vertices, normal)
     shift = np.where((total > 0.1) & (np.abs(shift) <= reach), shift, 0.0)

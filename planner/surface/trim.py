@@ -4,8 +4,8 @@ import numpy as np
 
 from planner.geometry.arrays import Bools, Floats, Ints
 from planner.scene.cloud import Mesh
+from planner.scene.sampling import triangle_normals
 from planner.scene.scene import Ground
-from planner.surface.poisson_disk import triangle_normals
 
 _FARTHEST = 3.0  # times the distance at which a surface is far: no hole is believed beyond
 _BRIDGED = 1.5  # radii around each point that count as covered while the footprint is closed

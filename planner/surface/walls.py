@@ -13,6 +13,7 @@ import numpy as np
 from planner.geometry.arrays import Bools, Floats, Ints
 from planner.scene.cloud import PointCloud
 from planner.scene.scene import Ground
+from planner.surface.oriented import normals_of
 
 _STEPS = 4  # cells of R/2 that are looked at before and behind an edge
 _DIRECTIONS = 16
@@ -126,13 +127,12 @@ def roof_edges(cloud: PointCloud, ground: Ground, *, radius: float) -> Edges:
 
 
 def _columns(cloud: PointCloud, cell: float) -> _Columns:
-    assert cloud.normals is not None
     low = cloud.xyz[:, :2].min(axis=0) - (_STEPS + 1) * cell
     column = np.floor((cloud.xyz[:, :2] - low) / cell).astype(np.int64)
     shape = tuple(column.max(axis=0) + _STEPS + 2)
     highest, lowest = np.full(shape, -np.inf), np.full(shape, np.inf)
     np.maximum.at(highest, (column[:, 0], column[:, 1]), cloud.xyz[:, 2])
-    height = np.where(cloud.normals[:, 2] < _DOWNWARD, -np.inf, cloud.xyz[:, 2])
+    height = np.where(normals_of(cloud)[:, 2] < _DOWNWARD, -np.inf, cloud.xyz[:, 2])
     np.minimum.at(lowest, (column[:, 0], column[:, 1]), height)
     return _Columns(column, low, highest, lowest)
 

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from planner.scene.cloud import Mesh
-from planner.surface.poisson_disk import poisson_disk, triangle_normals
+from planner.scene.sampling import triangle_normals
+from planner.surface.poisson_disk import poisson_disk
 
 
 def rectangle(width, depth, height=0.0):
