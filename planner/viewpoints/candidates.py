@@ -164,8 +164,22 @@ def add_direct_aims(
         return candidates
     owner = np.searchsorted(pairs.indptr, spare, side="right") - 1
     yaw, pitch = direct_aim(candidates.positions[owner], samples.xyz[pairs.sample[spare]], camera)
+    return add_poses(candidates, samples, camera, owner=owner, yaw_deg=yaw, pitch_deg=pitch)
+
+
+def add_poses(
+    candidates: Candidates,
+    samples: SurfaceSamples,
+    camera: Camera,
+    *,
+    owner: Ints,
+    yaw_deg: Floats,
+    pitch_deg: Floats,
+) -> Candidates:
+    """Append poses at given positions with given aims, each of shape (n,)."""
+    pairs = candidates.pairs
     rows = []
-    for place, turn, tilt in zip(owner, yaw, pitch, strict=True):  # few: rare samples only
+    for place, turn, tilt in zip(owner, yaw_deg, pitch_deg, strict=True):  # few
         at = np.arange(pairs.indptr[place], pairs.indptr[place + 1])
         rays = samples.xyz[pairs.sample[at]] - candidates.positions[place]
         rows.append(at[in_frustum(rays, turn, tilt, camera)].astype(np.int32))
@@ -173,8 +187,8 @@ def add_direct_aims(
         candidates.positions,
         pairs,
         np.concatenate([candidates.owner, owner]),
-        np.concatenate([candidates.yaw_deg, yaw]),
-        np.concatenate([candidates.pitch_deg, pitch]),
+        np.concatenate([candidates.yaw_deg, yaw_deg]),
+        np.concatenate([candidates.pitch_deg, pitch_deg]),
         np.concatenate([candidates.indptr, candidates.indptr[-1] + np.cumsum([*map(len, rows)])]),
         np.concatenate([candidates.pair, *rows]),
     )

@@ -50,6 +50,12 @@ def view_demand(quality: Floats, settings: ViewpointSettings) -> Demand:
     return Demand(hits, np.full(len(quality), settings.sectors, dtype=np.int64))
 
 
+def sharp_demand(samples: SurfaceSamples, settings: ViewpointSettings) -> Demand:
+    """Wanted photos where reconstructability is the objective: a few sharp ones each."""
+    wanted = np.full(len(samples), settings.sharp_views, dtype=np.int64)
+    return Demand(wanted, np.zeros_like(wanted))
+
+
 def even_demand(samples: SurfaceSamples, settings: ViewpointSettings) -> Demand:
     """Wanted photos by preset ``paper``: as many as marks, from any side."""
     wanted = np.full(len(samples), settings.marks, dtype=np.int64)

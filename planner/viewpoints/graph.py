@@ -7,8 +7,12 @@ import numpy as np
 
 from planner.geometry.arrays import Floats, Ints
 from planner.surface.samples import SurfaceSamples
+from planner.viewpoints.camera import Camera
+from planner.viewpoints.rays import RayCaster
+from planner.viewpoints.reconstructability import GRAZING
+from planner.viewpoints.sight import SightRule
 from planner.viewpoints.viewpoints import Viewpoints
-from planner.viewpoints.visibility import Coverage
+from planner.viewpoints.visibility import Coverage, count_views
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,6 +38,28 @@ class ViewGraph:
     def components(self) -> int:
         """Number of connected components; a reconstruction falls into as many pieces."""
         return int(self.component.max(initial=-1)) + 1
+
+
+def link(
+    viewpoints: Viewpoints,
+    samples: SurfaceSamples,
+    caster: RayCaster,
+    camera: Camera,
+    *,
+    reference: float,
+) -> ViewGraph:
+    """View graph by fresh rays: what photos show counts, whether or not it is sharp.
+
+    Parameters
+    ----------
+    viewpoints, samples, caster, camera
+        The photos, what they should show, what may be in the way, and the field of view.
+    reference
+        Distance beyond which a photo is worth nothing, metres.
+
+    """
+    rule = SightRule(d_min=0.0, d_max=reference, max_incidence=GRAZING)
+    return view_graph(viewpoints, count_views(viewpoints, samples, caster, camera, rule), samples)
 
 
 def view_graph(

@@ -5,7 +5,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.geometry.arrays import Bytes, Ints
+from planner.geometry.arrays import Bools, Bytes, Ints
 from planner.viewpoints.demand import Demand
 
 
@@ -30,7 +30,13 @@ REASONS: tuple[str, ...] = tuple(reason.label for reason in Reason)
 """Names by code."""
 
 
-def explain(hits: Ints, sectors: Ints, demand: Demand, stages: NDArray[np.int32]) -> Bytes:
+def explain(
+    hits: Ints,
+    sectors: Ints,
+    demand: Demand,
+    stages: NDArray[np.int32],
+    low: Bools | None = None,
+) -> Bytes:
     """Say of each sample whether it is covered, and if not, what stands in the way first.
 
     Parameters
@@ -42,22 +48,27 @@ def explain(hits: Ints, sectors: Ints, demand: Demand, stages: NDArray[np.int32]
     stages
         From how many free positions each sample is within range and incidence, within the
         gimbal's range as well, within the GSD as well, and unoccluded, shape (4, S).
+    low
+        Which samples have a reconstructability below what was wanted, shape (S,).
 
     Returns
     -------
     codes
         A :class:`Reason` each, shape (S,): the first of these stages that no position
         passes; else ``TOO_FEW_VIEWS``, or ``PARALLAX`` where only the sectors are lacking.
+        Too low a reconstructability is for lack of views where there are sectors enough.
 
     """
     facing, tilted, sharp, visible = stages
+    enough = sectors >= demand.sectors
+    low = np.zeros(len(hits), dtype=np.bool_) if low is None else low
     conditions = [
-        (hits >= demand.hits) & (sectors >= demand.sectors),
+        (hits >= demand.hits) & enough & ~low,
         facing == 0,
         tilted == 0,
         sharp == 0,
         visible == 0,
-        hits < demand.hits,
+        (hits < demand.hits) | enough,
     ]
     codes = [
         Reason.COVERED,

@@ -14,7 +14,7 @@ from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.viewpoints import Viewpoints
 
-_GRAZING = math.radians(85.0)
+GRAZING = math.radians(85.0)
 
 
 def parallax_weight(angle: ArrayLike) -> Floats:
@@ -92,7 +92,7 @@ def reconstructability(
         Shape (S,); 3 is the field's mark for what stereo reconstructs well.
 
     """
-    rule = SightRule(d_min=0.0, d_max=reference, max_incidence=_GRAZING)
+    rule = SightRule(d_min=0.0, d_max=reference, max_incidence=GRAZING)
     pairs = visible_pairs(viewpoints.positions, samples, caster, rule)
     owner = pairs.position
     rays = viewpoints.positions[owner] - samples.xyz[pairs.sample]

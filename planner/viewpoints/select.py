@@ -6,18 +6,19 @@ from typing import Any
 import numpy as np
 
 from planner.config import ViewpointSettings
-from planner.geometry.arrays import Floats, Ints
+from planner.geometry.arrays import Bools, Floats, Ints
 from planner.scene.cloud import Mesh
 from planner.surface.samples import ScoredSamples
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.candidates import Candidates
 from planner.viewpoints.completion import complete_cover
 from planner.viewpoints.cover import cover_candidates, photo_prices
-from planner.viewpoints.demand import Demand, even_demand, view_demand
+from planner.viewpoints.demand import Demand, even_demand, sharp_demand, view_demand
 from planner.viewpoints.pairs import visible_pairs
+from planner.viewpoints.pairwise import choose_by_pairs
 from planner.viewpoints.paper import paper_viewpoints
 from planner.viewpoints.rays import RayCaster
-from planner.viewpoints.selection import Selection, Wish, assess, reassess
+from planner.viewpoints.selection import PairWish, Selection, Wish, assess, reassess
 from planner.viewpoints.sight import SightRule
 from solvers import Result, Stop, solve
 from solvers.cover import CoverProblem
@@ -90,12 +91,30 @@ def select_viewpoints(
         prices = photo_prices(candidates, settings=settings, d_min=d_min, d_max=d_max)
         chosen, results = _cover(candidates, reachable, prices, settings, seed)
         viewpoints = candidates.viewpoints(chosen, samples, kind="cover")
+        if settings.objective == "reconstructability":
+            found = choose_by_pairs(
+                *(positions, samples, caster, camera),
+                start=viewpoints,
+                rule=rule,
+                settings=settings,
+                voxel=voxel,
+                seed=seed,
+            )
+            viewpoints, results = found.viewpoints, (*results, *found.results)
+            wish = _pair_wish(wish, found.reachable, sharp_demand(samples, settings), settings)
     else:
         lengths = {"d_min": d_min, "d_max": d_max, "voxel": voxel}
         viewpoints = paper_viewpoints(
             positions, samples, caster, camera, settings=settings, map=map, **lengths
         )
     return assess(viewpoints, samples, caster, camera, rule, wish=wish, results=results)
+
+
+def _pair_wish(wish: Wish, reachable: Bools, sharp: Demand, settings: ViewpointSettings) -> Wish:
+    """Wish of pairs of photos instead of single ones."""
+    pairs = PairWish(settings.target, settings.share, reachable, settings.budget is not None)
+    possible = Demand(np.minimum(sharp.hits, wish.stages[3]), sharp.sectors)
+    return Wish(sharp, possible, wish.stages, binding=True, pairs=pairs)
 
 
 def _cover(

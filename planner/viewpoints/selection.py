@@ -7,14 +7,15 @@ from numpy.typing import NDArray
 
 from planner.config import ViewpointSettings
 from planner.findings import Finding
-from planner.geometry.arrays import Bytes, Ints
+from planner.geometry.arrays import Bools, Bytes, Floats, Ints
 from planner.scene.cloud import Mesh
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.demand import Demand
-from planner.viewpoints.graph import ViewGraph, view_graph
+from planner.viewpoints.graph import ViewGraph, link
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.reasons import REASONS, Reason, explain
+from planner.viewpoints.reconstructability import reconstructability
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.viewpoints import Viewpoints
 from planner.viewpoints.visibility import Coverage, count_views
@@ -36,6 +37,8 @@ class Wish:
         gimbal's range as well, within the GSD as well, and unoccluded, shape (4, S).
     binding
         Whether missing what is reachable makes the plan a partial one.
+    pairs
+        What pairs of photos should give, or ``None`` where only hits count.
 
     """
 
@@ -43,6 +46,30 @@ class Wish:
     reachable: Demand
     stages: NDArray[np.int32]
     binding: bool
+    pairs: "PairWish | None" = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PairWish:
+    """What was asked of pairs of photos.
+
+    Parameters
+    ----------
+    target
+        Wanted reconstructability h.
+    share
+        Share of the samples that can reach it that should.
+    reachable
+        Which samples can reach it from the free positions that were looked at, shape (S,).
+    limited
+        Whether the number of photos was given, so that the share is what it gets.
+
+    """
+
+    target: float
+    share: float
+    reachable: Bools
+    limited: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,6 +86,8 @@ class Selection:
         From how many distinct direction sectors each sample is seen, shape (S,).
     reason
         A :class:`~planner.viewpoints.reasons.Reason` each, shape (S,).
+    reconstructability
+        Benchmark heuristic h of each sample, exactly, by fresh rays, shape (S,).
     wish
         What was wanted of each sample, and what was possible.
     graph
@@ -76,6 +105,7 @@ class Selection:
     hits: Ints
     sectors: Ints
     reason: Bytes
+    reconstructability: Floats
     wish: Wish
     graph: ViewGraph
     results: tuple[Result[Ints], ...] = ()
@@ -86,6 +116,12 @@ class Selection:
         """How many samples ended with each reason."""
         counts = np.bincount(self.reason, minlength=len(self.reasons))
         return {name: int(count) for name, count in zip(self.reasons, counts, strict=True)}
+
+    def reconstructable(self, target: float = 3.0) -> float:
+        """Share of the samples with at least that h: of those that can reach it, if known."""
+        wish = self.wish.pairs
+        among = np.ones(len(self.reason), np.bool_) if wish is None else wish.reachable
+        return float(np.mean(self.reconstructability[among] >= target)) if among.any() else 1.0
 
 
 def assess(
@@ -100,10 +136,13 @@ def assess(
 ) -> Selection:
     """Work out by fresh rays what viewpoints see, and the reason of every sample."""
     seen = count_views(viewpoints, samples, caster, camera, rule)
-    graph = view_graph(viewpoints, seen, samples)
-    reason = explain(seen.hits, seen.sectors, wish.demand, wish.stages)
+    reference = 2.0 * rule.reach  # worth nothing at twice the distance that just meets the GSD
+    graph = link(viewpoints, samples, caster, camera, reference=reference)
+    h = reconstructability(viewpoints, samples, caster, camera, reference=reference)
+    low = np.zeros(len(h), np.bool_) if wish.pairs is None else h < wish.pairs.target
+    reason = explain(seen.hits, seen.sectors, wish.demand, wish.stages, low)
     findings = (*_unmet(reason, seen, wish), *_unlinked(graph))
-    return Selection(viewpoints, seen.hits, seen.sectors, reason, wish, graph, results, findings)
+    return Selection(viewpoints, seen.hits, seen.sectors, reason, h, wish, graph, results, findings)
 
 
 def reassess(
@@ -133,16 +172,23 @@ def _unmet(reason: Bytes, seen: Coverage, wish: Wish) -> tuple[Finding, ...]:
     """Findings on samples that no photos could cover, and on those that these do not."""
     reachable = wish.reachable
     short = (seen.hits < reachable.hits) | (seen.sectors < reachable.sectors)
+    partial = wish.binding
+    if wish.pairs is not None:
+        possible = wish.pairs.reachable
+        short = possible & (reason != Reason.COVERED) & (seen.hits < reachable.hits)
+        short |= possible & (reason != Reason.COVERED) & (seen.hits >= wish.demand.hits)
+        enough = np.count_nonzero(possible & ~short) >= wish.pairs.share * possible.sum() - 1e-9
+        partial = not enough and not wish.pairs.limited
     beyond = (reason != Reason.COVERED) & ~short
     found = []
-    for code, rows, words, partial in (
-        ("samples-short", short, "are seen less often than they could be", wish.binding),
+    for code, rows, words, grave in (
+        ("samples-short", short, "are seen less often than they could be", partial),
         ("samples-out-of-reach", beyond, "cannot be covered from where it is safe to fly", False),
     ):
         count = int(np.count_nonzero(rows))
         if count:
             message = f"{count} of {len(reason)} samples {words}"
-            found.append(Finding("viewpoints", code, message, float(count), partial))
+            found.append(Finding("viewpoints", code, message, float(count), grave))
     return tuple(found)
 
 

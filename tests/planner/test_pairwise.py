@@ -1,0 +1,108 @@
+"""Photos chosen by what pairs of them can triangulate, on the block of the other tests."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.config import ViewpointSettings
+from planner.scene.cloud import Mesh
+from planner.surface.samples import ScoredSamples
+from planner.viewpoints.camera import Camera
+from planner.viewpoints.rays import RayCaster
+from planner.viewpoints.reconstructability import reconstructability
+from planner.viewpoints.select import reassess, select_viewpoints
+from planner.viewpoints.thinning import thin_lattice
+
+CAMERA = Camera(width_px=600, height_px=400, focal_px=400.0)
+LIMITS = {"d_min": 3.0, "d_max": 22.0, "gsd": 30.0 / 400.0}
+
+
+def roof():
+    """A roof of 12 x 10 m seen from a grid of places above and around it."""
+    axes = np.arange(-5.0, 5.1, 1.25), np.arange(-4.0, 4.1, 1.25)
+    xyz = np.stack(np.meshgrid(*axes, [9.0]), -1).reshape(-1, 3)
+    one = np.ones(len(xyz))
+    up = np.tile([0.0, 0.0, 1.0], (len(xyz), 1))
+    samples = ScoredSamples(xyz, up, np.zeros(len(xyz)), 1.25, one, one, one)
+    corners = np.array([[-6, -5, 9], [6, -5, 9], [6, 5, 9], [-6, 5, 9]], dtype=float)
+    side = np.arange(-14.0, 14.1, 4.0)
+    places = np.stack(np.meshgrid(side, side, [15.0, 19.0, 23.0]), -1).reshape(-1, 3)
+    return Mesh(corners, [[0, 1, 2], [0, 2, 3]]), samples, places
+
+
+def select(**changes):
+    mesh, samples, places = roof()
+    given = {"objective": "reconstructability", "iterations": 40, **changes}
+    return select_viewpoints(
+        places, mesh, samples, CAMERA, settings=ViewpointSettings(**given), voxel=4.0, **LIMITS
+    )
+
+
+@pytest.fixture(scope="module")
+def selection():
+    return select()
+
+
+def test_enough_samples_reach_the_target_by_fresh_rays_and_the_exact_formula(selection):
+    mesh, samples, _ = roof()
+    h = reconstructability(
+        selection.viewpoints, samples, RayCaster(mesh), CAMERA, reference=2 * 30.0
+    )
+    np.testing.assert_array_equal(h, selection.reconstructability)
+    possible = selection.wish.pairs.reachable
+    good = (h >= 4.0) & (selection.hits >= selection.wish.reachable.hits)
+    assert possible.all()
+    assert good.mean() >= 0.98
+    assert not [finding for finding in selection.findings if finding.partial]
+    assert selection.reconstructable(4.0) == h[possible].__ge__(4.0).mean()
+
+
+def test_the_search_has_a_bound_and_beats_the_cover_at_its_own_price(selection):
+    cover, pairs = selection.results
+    assert pairs.solver == "lns"
+    assert 2 <= pairs.bound <= pairs.cost == len(selection.viewpoints)
+    h = select(objective="hits").reconstructability
+    assert np.mean(h >= 4.0) < np.mean(selection.reconstructability >= 4.0)
+    assert cover.solution is not None
+
+
+def test_the_same_seed_gives_the_same_photos(selection):
+    again = select().viewpoints
+    for name in ("positions", "yaw_deg", "pitch_deg", "targets"):
+        np.testing.assert_array_equal(getattr(selection.viewpoints, name), getattr(again, name))
+
+
+def test_a_budget_bounds_the_photos_and_is_no_failure():
+    few = select(budget=4)
+    assert 1 <= len(few.viewpoints) <= 4
+    assert not [finding for finding in few.findings if finding.partial]
+
+
+def test_dropping_photos_makes_the_plan_partial(selection):
+    mesh, samples, _ = roof()
+    settings = ViewpointSettings(objective="reconstructability")
+    left = selection.viewpoints.take(np.arange(2))
+    after = reassess(selection, left, mesh, samples, CAMERA, settings=settings, **LIMITS)
+    assert [finding.code for finding in after.findings if finding.partial] == ["samples-short"]
+    assert after.reason_counts()["too-few-views"] > 0
+
+
+@given(st.integers(2, 9), st.integers(0, 2**32 - 1))
+def test_a_thinned_lattice_is_a_lattice_of_about_the_limit(factor, seed):
+    axis = np.arange(12.0) * 2.5
+    grid = np.stack(np.meshgrid(axis, axis, axis), -1).reshape(-1, 3)
+    grid = grid[np.random.default_rng(seed).permutation(len(grid))]
+    rows = thin_lattice(grid, spacing=2.5, limit=len(grid) // factor)
+    assert len(grid) / factor * 0.8 <= len(rows) <= len(grid) / factor * 1.25
+    kept = np.rint(grid[rows] / 2.5).astype(int)
+    assert (np.diff(rows) > 0).all()
+    points = set(map(tuple, kept))
+    for first, second in itertools.islice(itertools.combinations(kept, 2), 50):
+        third = 2 * second - first  # lattices go on
+        if (third >= 0).all() and (third < 12).all():
+            assert tuple(third) in points
+    apart = np.linalg.norm(kept[:, None] - kept[None, : min(len(kept), 40)], axis=2)
+    assert apart[apart > 0].min() ** 3 >= 0.5 * factor
