@@ -30,7 +30,7 @@ class Shortest:
     name: ClassVar[str]
     planner: ClassVar[str]
     requires: ClassVar[tuple[str, ...]] = ("ompl",)
-    default_stop: ClassVar[Stop] = Stop(iterations=5_000)
+    default_stop: ClassVar[Stop] = Stop(iterations=10_000)
 
     def __post_init__(self) -> None:
         if self.shortcuts < 0:
