@@ -1,7 +1,5 @@
 """Raw points of the scene as obstacles: masts, tree tops and whatever no surface holds."""
 
-from typing import Any
-
 import numpy as np
 
 from planner.geometry.arrays import Floats, Ints
@@ -10,7 +8,7 @@ _MOST_CELLS = 8_000_000
 
 
 class Points:
-    """Points in a grid of cells for sweeps, and in a k-d tree for distances.
+    """Points sorted by cell: a grid for sweeps, and boxes around bundles for distances.
 
     Parameters
     ----------
@@ -22,10 +20,8 @@ class Points:
     """
 
     def __init__(self, points: Floats, *, cell: float) -> None:
-        from scipy.spatial import KDTree
-
-        self._tree: Any = KDTree(points) if len(points) else None
-        if self._tree is None:
+        self._points = np.zeros((0, 3))
+        if not len(points):
             return
         low, high = points.min(axis=0), points.max(axis=0)
         while np.prod((high - low) // cell + 1.0) > _MOST_CELLS:
@@ -37,22 +33,44 @@ class Points:
         self._points = np.ascontiguousarray(points[order])
         self._start = _starts(flat[order], shape)
         self._low, self._cell = low, cell
+        self._boxes = _boxes(self._points)
 
     def distance(self, points: Floats) -> Floats:
         """Distance from each point, shape (M, 3), to the nearest obstacle, metres; exact."""
-        if self._tree is None:
+        if not len(self._points):
             return np.full(len(points), np.inf)
-        return np.asarray(self._tree.query(points)[0])
+        from planner.airspace.point_kernels import nearest_distances
+
+        out = np.empty(len(points))
+        at = np.ascontiguousarray(points, dtype=np.float64)
+        nearest_distances(at, self._points, *self._boxes, out)
+        return out
 
     def capsule_is_clear(self, a: Floats, b: Floats, radius: float) -> bool:
         """Tell whether all obstacles are at least ``radius`` away from the segment ``ab``."""
-        if self._tree is None:
+        if not len(self._points):
             return True
         from planner.airspace.point_kernels import capsule_meets_point
 
         return not capsule_meets_point(
             a, b, radius, self._points, self._start, self._low, self._cell
         )
+
+
+def _boxes(points: Floats) -> tuple[Floats, Floats]:
+    """Lowest and highest corners of a binary tree of boxes over consecutive points."""
+    from planner.airspace.point_kernels import BUNDLE
+
+    first = np.arange(0, len(points), BUNDLE)
+    width = 1 << (len(first) - 1).bit_length()
+    low, high = np.full((2 * width, 3), np.inf), np.full((2 * width, 3), -np.inf)
+    low[width : width + len(first)] = np.minimum.reduceat(points, first)
+    high[width : width + len(first)] = np.maximum.reduceat(points, first)
+    while width > 1:
+        pairs, width = slice(width, 2 * width), width // 2
+        low[width : 2 * width] = np.minimum(low[pairs][0::2], low[pairs][1::2])
+        high[width : 2 * width] = np.maximum(high[pairs][0::2], high[pairs][1::2])
+    return low, high
 
 
 def _starts(flat: Ints, shape: Ints) -> Ints:

@@ -1,13 +1,16 @@
-"""Compiled sweep against points in a grid of cells; import only where one is made."""
+"""Compiled questions to points sorted by cell; import only where they are asked."""
 
 import math
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from planner.geometry.compiled import compiled
 
 Array = NDArray[Any]
+
+BUNDLE = 16  # consecutive points in one box
 
 
 @compiled
@@ -58,3 +61,46 @@ def capsule_meets_point(  # noqa: PLR0917 - compiled
                 if px * px + py * py + pz * pz < radius * radius:
                     return True
     return False
+
+
+@compiled
+def _to_box(x: float, y: float, z: float, low: Array, high: Array) -> float:
+    """Squared distance from a point to a box; infinite for an empty one."""
+    square = 0.0
+    for c, value in enumerate((x, y, z)):
+        outside = max(low[c] - value, value - high[c], 0.0)
+        square += outside * outside
+    return square
+
+
+@compiled
+def nearest_distances(places: Array, points: Array, low: Array, high: Array, out: Array) -> None:
+    """Distance from each place to the nearest point; exact.
+
+    ``low`` and ``high`` are the boxes of bundles of points and of pairs of boxes: the children
+    of box n are 2 n and 2 n + 1, and the last half are the bundles in order.
+    """
+    bundles = len(low) // 2
+    boxes, squares = np.empty(128, np.int64), np.empty(128)
+    for p in range(len(places)):
+        x, y, z = places[p, 0], places[p, 1], places[p, 2]
+        best = np.inf
+        boxes[0], squares[0], waiting = 1, 0.0, 1
+        while waiting > 0:
+            waiting -= 1
+            box = boxes[waiting]
+            if squares[waiting] >= best:
+                continue
+            if box >= bundles:
+                first = (box - bundles) * BUNDLE
+                for q in range(first, min(first + BUNDLE, len(points))):
+                    dx, dy, dz = points[q, 0] - x, points[q, 1] - y, points[q, 2] - z
+                    best = min(best, dx * dx + dy * dy + dz * dz)
+                continue
+            one = _to_box(x, y, z, low[2 * box], high[2 * box])
+            two = _to_box(x, y, z, low[2 * box + 1], high[2 * box + 1])
+            swap = 1 if one < two else 0  # the nearer comes last, to be looked at first
+            boxes[waiting], squares[waiting] = 2 * box + swap, max(one, two)
+            boxes[waiting + 1], squares[waiting + 1] = 2 * box + 1 - swap, min(one, two)
+            waiting += 2
+        out[p] = math.sqrt(best)
