@@ -18,6 +18,7 @@ _UP = {
 _FAR = 10.0  # lengths of the scene from zero beyond which an origin is subtracted
 _LARGEST = 5_000.0  # metres: a longer scene of unknown unit is not believed to be in metres
 _SMALLEST = 20.0  # metres: a shorter one is not believed either, and planned by its own scale
+_FLAT = 0.4  # of the other extents: a scene so flat along a level axis may lie on its side
 _BAD_SHARE = 0.01
 _ABSURD = 1e12  # no coordinate on Earth is so large, in any unit; NaN fails the test too
 
@@ -87,12 +88,23 @@ def place(path: Path, source: Source, settings: SceneSettings) -> Placed:
         notes.append(f"Scaled to metres by {unit:.7g}, heights by {upward:.7g}.")
     span = np.ptp(xyz, axis=0)
     longest = float(span.max())
+    if settings.up == "auto" and source.up == "z":
+        notes += _doubt_about_up(span)
     metric = stated is not None or _plausible(path, span, notes)
     origin = _origin(xyz, longest)
     if origin.any():
         xyz = xyz - origin
     frame = Frame(origin, crs.name, crs.datum, unit, _UP.get(up))
     return Placed(replace(source, xyz=xyz, normals=normals), frame, metric, tuple(notes))
+
+
+def _doubt_about_up(span: Floats) -> list[str]:
+    """A note if a scene of extent ``span`` is flattest along a level axis, as if on its side."""
+    flattest = int(np.argmin(span))
+    if flattest == 2 or span[flattest] > _FLAT * np.delete(span, flattest).min():
+        return []
+    axis = "xy"[flattest]
+    return [f"The scene is flattest along {axis}: if that is its vertical, set scene.up to {axis}."]
 
 
 def _finite(path: Path, source: Source) -> tuple[Source, list[str]]:

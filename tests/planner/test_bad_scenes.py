@@ -1,5 +1,6 @@
 """What cannot be planned is refused in one line that names the file, the fault and the remedy."""
 
+import contextlib
 import json
 import struct
 
@@ -9,6 +10,7 @@ import pytest
 from planner.config import SceneSettings
 from planner.errors import PlannerError
 from planner.scene.load import load_scene
+from planner.scene.readers.formats import read_source
 
 
 def refused(path, match, settings=None):
@@ -142,6 +144,48 @@ def test_a_declared_count_far_beyond_the_file_takes_no_memory(tmp_path):
     struct.pack_into("<I", data, 107, 2**32 - 1)  # number of points in a LAS 1.2 header
     laz.write_bytes(bytes(data))
     refused(laz, "cut short")
+
+
+def test_a_las_header_full_of_large_numbers_is_refused_at_once(tmp_path):
+    laz = write_laz(tmp_path / "a.laz", block(1_000))
+    good = laz.read_bytes()
+    for offset in (94, 96, 100, 107):  # header size, offset of points, records, points
+        data = bytearray(good)
+        struct.pack_into("<H" if offset == 94 else "<I", data, offset, 0xFFF0)
+        data[offset + 1] = 0xFF
+        laz.write_bytes(bytes(data))
+        refused(laz, "cut short")
+
+
+@pytest.mark.parametrize("suffix", ["ply", "pcd", "las", "stl", "glb"])
+def test_flipped_bytes_are_read_or_refused_and_never_crash(tmp_path, suffix):
+    rng = np.random.default_rng(5)
+    path = tmp_path / f"a.{suffix}"
+    xyz = block(200)
+    if suffix == "ply":
+        write_ply(path, xyz)
+    elif suffix == "las":
+        write_laz(path, xyz)
+    elif suffix == "pcd":
+        head = (
+            "VERSION .7\nFIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 200\nHEIGHT 1\n"
+        )
+        path.write_bytes(f"{head}POINTS 200\nDATA binary\n".encode() + xyz.tobytes())
+    elif suffix == "stl":
+        records = b"".join(struct.pack("<12fH", *np.tile(p, 4), 0) for p in xyz)
+        path.write_bytes(bytes(80) + struct.pack("<I", 200) + records)
+    else:
+        text = b'{"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}]}  '
+        chunks = struct.pack("<2I", len(text), 0x4E4F534A) + text + struct.pack("<2I", 0, 0x4E4942)
+        path.write_bytes(struct.pack("<4s2I", b"glTF", 2, 12 + len(chunks)) + chunks)
+    good = path.read_bytes()
+    for _ in range(60):
+        data = bytearray(good)
+        for place in rng.integers(0, min(len(data), 400), 3):
+            data[place] = rng.integers(256)
+        path.write_bytes(bytes(data))
+        with contextlib.suppress(PlannerError):
+            read_source(path, limit=10_000)
 
 
 def test_a_face_that_names_a_missing_vertex(tmp_path):

@@ -96,6 +96,31 @@ def test_another_up_axis_is_turned(tmp_path, up, turn):
     assert np.linalg.det(scene.frame.local_from_source) == pytest.approx(1.0)
 
 
+def test_a_scene_that_seems_to_lie_on_its_side_says_so(tmp_path):
+    lying = load_scene(write_ply(tmp_path / "a.ply", block()[:, [0, 2, 1]] * [1, 0.6, 1]))
+    assert any("set scene.up to y" in note for note in lying.notes)
+    upright = load_scene(write_ply(tmp_path / "b.ply", block() * [1, 1, 0.6]))
+    assert not any("scene.up" in note for note in upright.notes)
+
+
+def test_a_vertex_that_is_no_number_takes_its_faces_along(tmp_path):
+    side = np.arange(20.0)
+    x, y = (part.ravel() for part in np.meshgrid(side, side, indexing="ij"))
+    z = np.where((np.abs(x - 10) < 4) & (np.abs(y - 10) < 4), 6.0, 0.0)
+    z[45] = np.nan
+    first = np.array([20 * i + j for i in range(19) for j in range(19)])
+    quads = first[:, None] + [1, 21, 22, 2]  # OBJ counts from 1
+    lines = [f"v {a} {b} {c}" for a, b, c in zip(x, y, z, strict=True)]
+    lines += ["f {} {} {} {}".format(*quad) for quad in quads]
+    path = tmp_path / "a.obj"
+    path.write_text("\n".join(lines))
+    scene = load_scene(path)
+    assert "Dropped 1 of 400" in scene.notes[0]
+    assert np.isfinite(scene.mesh.vertices).all()
+    assert len(scene.mesh.vertices) == 399
+    assert len(scene.mesh) == pytest.approx(2 * (19 * 19 - 4), abs=4)
+
+
 def test_feet_become_metres_by_the_crs_and_heights_by_their_own(tmp_path):
     foot = 1200 / 3937  # the US survey foot
     path = write_ply(tmp_path / "a.ply", block() / [foot, foot, 1.0])

@@ -2,6 +2,7 @@
 
 import logging
 import math
+import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -39,10 +40,10 @@ def read_las(path: Path, *, limit: int) -> Source:
     """
     import laspy
 
+    _check_header(path)
     try:
         with _silence("laspy"), laspy.open(path) as reader:
             header = reader.header
-            _check_size(path, header, packed=bool(header.are_points_compressed))
             stride = max(1, math.ceil(header.point_count / limit))
             parts, seen = [], 0
             for chunk in reader.chunk_iterator(_CHUNK):
@@ -82,12 +83,23 @@ def _silence(name: str) -> Iterator[None]:
         logger.setLevel(level)
 
 
-def _check_size(path: Path, header: Any, *, packed: bool) -> None:
-    """Refuse a declared count that the file's size cannot hold."""
+def _check_header(path: Path) -> None:
+    """Refuse a header whose counts the file cannot hold, before anything loops over them."""
     size = path.stat().st_size
-    room = size * (_BEST_RATIO if packed else 1)
-    if header.point_count * header.point_format.size > room:
-        raise truncated(path, f"{header.point_count} points declared in {size} bytes")
+    with path.open("rb") as file:
+        head = file.read(375)
+    if len(head) < 227:
+        raise truncated(path, f"{size} bytes")
+    length, start, records, kind, width, count = struct.unpack_from("<HIIBHI", head, 94)
+    end, extended = 0, 0
+    if head[25] >= 4 and len(head) == 375:
+        end, extended = struct.unpack_from("<QI", head, 235)
+        count = max(count, struct.unpack_from("<Q", head, 247)[0])
+    if length + 54 * records > start or start > size or end + 60 * extended > size:
+        raise truncated(path, f"{records + extended} records declared in {size} bytes")
+    packed = kind & 0x80 != 0  # the compressor marks the point format so
+    if width == 0 or count * width > (size - start) * (_BEST_RATIO if packed else 1):
+        raise truncated(path, f"{count} points declared in {size} bytes")
 
 
 def _columns(chunk: Any, rows: slice) -> tuple[Any, Any, Any]:

@@ -42,7 +42,8 @@ def triangulate_faces(path: Path, xyz: Floats, faces: list[Ints]) -> Ints:
         if low < 0 or high >= len(xyz):
             wrong = f"a face names vertex {low if low < 0 else high} of {len(xyz)}"
             raise refusal(path, wrong, "the file is damaged: export it again")
-        parts += _fans(xyz, group)
+        with np.errstate(over="ignore", invalid="ignore"):  # absurd coordinates are told later
+            parts += _fans(xyz, group)
     return np.concatenate(parts)
 
 
