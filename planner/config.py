@@ -146,6 +146,11 @@ class ViewpointSettings(_Settings):
     budget: int | None = Field(default=None, ge=1)
     pair_range: float = Field(default=0.5, gt=0.0, le=1.0)
     pair_solver: str = "lns"
+    connected: bool = True
+    link_share: float = Field(default=0.3, ge=0.0, le=1.0)
+    link_least: int = Field(default=15, ge=1)
+    link_turn_deg: float = Field(default=40.0, gt=0.0, le=180.0)
+    link_scale: float = Field(default=2.0, ge=1.0)
     solver: str = "greedy"
     aims: int = Field(default=4, ge=1, le=62)
     aim_directions: int = Field(default=62, ge=1, le=64)

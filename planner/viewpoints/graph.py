@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner.config import ViewpointSettings
 from planner.geometry.arrays import Floats, Ints
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
@@ -13,6 +14,37 @@ from planner.viewpoints.reconstructability import GRAZING
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.viewpoints import Viewpoints
 from planner.viewpoints.visibility import Coverage, count_views
+
+
+@dataclass(frozen=True, slots=True)
+class LinkRule:
+    """What two photos must have in common to be matched.
+
+    Parameters
+    ----------
+    shared_share
+        Least share of the smaller view's samples that both see. On small plans, half of
+        the smaller view stands in for ``shared_least`` where that is less.
+    shared_least
+        Least number of samples that both see.
+    max_turn_deg
+        Largest angle between the two view directions, degrees.
+    max_scale
+        Largest ratio between the median distances to what each sees.
+
+    """
+
+    shared_share: float = 0.3
+    shared_least: int = 15
+    max_turn_deg: float = 40.0
+    max_scale: float = 2.0
+
+    @classmethod
+    def of(cls, settings: ViewpointSettings) -> "LinkRule":
+        """Rule of the settings."""
+        return cls(
+            settings.link_share, settings.link_least, settings.link_turn_deg, settings.link_scale
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,6 +71,16 @@ class ViewGraph:
         """Number of connected components; a reconstruction falls into as many pieces."""
         return int(self.component.max(initial=-1)) + 1
 
+    @property
+    def wanted_degree(self) -> int:
+        """Matchable photos that each should have: 3, or all the others if they are fewer."""
+        return min(3, max(0, len(self.component) - 1))
+
+    @property
+    def firm(self) -> bool:
+        """Whether it is in one piece and each photo has as many links as it should."""
+        return self.components <= 1 and int(self.degree.min(initial=3)) >= self.wanted_degree
+
 
 def link(
     viewpoints: Viewpoints,
@@ -47,6 +89,7 @@ def link(
     camera: Camera,
     *,
     reference: float,
+    links: LinkRule = LinkRule(),
 ) -> ViewGraph:
     """View graph by fresh rays: what photos show counts, whether or not it is sharp.
 
@@ -56,21 +99,20 @@ def link(
         The photos, what they should show, what may be in the way, and the field of view.
     reference
         Distance beyond which a photo is worth nothing, metres.
+    links
+        What two photos must have in common.
 
     """
     rule = SightRule(d_min=0.0, d_max=reference, max_incidence=GRAZING)
-    return view_graph(viewpoints, count_views(viewpoints, samples, caster, camera, rule), samples)
+    seen = count_views(viewpoints, samples, caster, camera, rule)
+    return view_graph(viewpoints, seen, samples, links)
 
 
 def view_graph(
     viewpoints: Viewpoints,
     seen: Coverage,
     samples: SurfaceSamples,
-    *,
-    shared_share: float = 0.3,
-    shared_least: int = 15,
-    max_turn_deg: float = 40.0,
-    max_scale: float = 2.0,
+    links: LinkRule = LinkRule(),
 ) -> ViewGraph:
     """Link the photos that feature matching can link.
 
@@ -78,15 +120,8 @@ def view_graph(
     ----------
     viewpoints, seen, samples
         The photos, and which samples each sees.
-    shared_share
-        Least share of the smaller view's samples that both see. On small plans, half of
-        the smaller view stands in for ``shared_least`` where that is less.
-    shared_least
-        Least number of samples that both see.
-    max_turn_deg
-        Largest angle between the two view directions, degrees.
-    max_scale
-        Largest ratio between the median distances to what each sees.
+    links
+        What two photos must have in common.
 
     Returns
     -------
@@ -103,11 +138,11 @@ def view_graph(
     shared = (matrix @ matrix.T).toarray()
     sizes = np.diff(seen.indptr)
     smaller = np.minimum(sizes[:, None], sizes[None, :])
-    least = np.maximum(shared_share * smaller, np.minimum(shared_least, 0.5 * smaller))
+    least = np.maximum(links.shared_share * smaller, np.minimum(links.shared_least, 0.5 * smaller))
     axes = viewpoints.directions
-    alike = axes @ axes.T >= math.cos(math.radians(max_turn_deg))
+    alike = axes @ axes.T >= math.cos(math.radians(links.max_turn_deg))
     scale = _median_distances(viewpoints, seen, samples)
-    near = np.maximum(scale[:, None], scale[None, :]) <= max_scale * np.minimum(
+    near = np.maximum(scale[:, None], scale[None, :]) <= links.max_scale * np.minimum(
         scale[:, None], scale[None, :]
     )
     linked = np.triu((shared >= least) & (shared > 0) & alike & near, k=1)

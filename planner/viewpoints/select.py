@@ -9,11 +9,13 @@ from planner.config import ViewpointSettings
 from planner.geometry.arrays import Bools, Floats, Ints
 from planner.scene.cloud import Mesh
 from planner.surface.samples import ScoredSamples
+from planner.viewpoints.bridges import connect
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.candidates import Candidates
 from planner.viewpoints.completion import complete_cover
 from planner.viewpoints.cover import cover_candidates, photo_prices
 from planner.viewpoints.demand import Demand, even_demand, sharp_demand, view_demand
+from planner.viewpoints.graph import LinkRule
 from planner.viewpoints.pairs import visible_pairs
 from planner.viewpoints.pairwise import choose_by_pairs
 from planner.viewpoints.paper import paper_viewpoints
@@ -102,12 +104,23 @@ def select_viewpoints(
             )
             viewpoints, results = found.viewpoints, (*results, *found.results)
             wish = _pair_wish(wish, found.reachable, sharp_demand(samples, settings), settings)
+        if settings.connected:
+            viewpoints = connect(
+                *(viewpoints, positions, samples, caster, camera),
+                reference=2.0 * rule.reach,
+                links=LinkRule.of(settings),
+            )
     else:
         lengths = {"d_min": d_min, "d_max": d_max, "voxel": voxel}
         viewpoints = paper_viewpoints(
             positions, samples, caster, camera, settings=settings, map=map, **lengths
         )
-    return assess(viewpoints, samples, caster, camera, rule, wish=wish, results=results)
+    return assess(
+        *(viewpoints, samples, caster, camera, rule),
+        wish=wish,
+        links=LinkRule.of(settings),
+        results=results,
+    )
 
 
 def _pair_wish(wish: Wish, reachable: Bools, sharp: Demand, settings: ViewpointSettings) -> Wish:

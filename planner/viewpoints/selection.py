@@ -12,7 +12,7 @@ from planner.scene.cloud import Mesh
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.demand import Demand
-from planner.viewpoints.graph import ViewGraph, link
+from planner.viewpoints.graph import LinkRule, ViewGraph, link
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.reasons import REASONS, Reason, explain
 from planner.viewpoints.reconstructability import reconstructability
@@ -132,12 +132,13 @@ def assess(
     rule: SightRule,
     *,
     wish: Wish,
+    links: LinkRule = LinkRule(),  # noqa: B008 - an immutable value
     results: tuple[Result[Ints], ...] = (),
 ) -> Selection:
     """Work out by fresh rays what viewpoints see, and the reason of every sample."""
     seen = count_views(viewpoints, samples, caster, camera, rule)
     reference = 2.0 * rule.reach  # worth nothing at twice the distance that just meets the GSD
-    graph = link(viewpoints, samples, caster, camera, reference=reference)
+    graph = link(viewpoints, samples, caster, camera, reference=reference, links=links)
     h = reconstructability(viewpoints, samples, caster, camera, reference=reference)
     low = np.zeros(len(h), np.bool_) if wish.pairs is None else h < wish.pairs.target
     reason = explain(seen.hits, seen.sectors, wish.demand, wish.stages, low)
@@ -164,8 +165,12 @@ def reassess(
     """
     rule = SightRule.of(camera, settings, d_min=d_min, d_max=d_max, gsd=gsd)
     caster = RayCaster(mesh)
-    wish, results = selection.wish, selection.results
-    return assess(viewpoints, samples, caster, camera, rule, wish=wish, results=results)
+    return assess(
+        *(viewpoints, samples, caster, camera, rule),
+        wish=selection.wish,
+        links=LinkRule.of(settings),
+        results=selection.results,
+    )
 
 
 def _unmet(reason: Bytes, seen: Coverage, wish: Wish) -> tuple[Finding, ...]:
@@ -193,9 +198,11 @@ def _unmet(reason: Bytes, seen: Coverage, wish: Wish) -> tuple[Finding, ...]:
 
 
 def _unlinked(graph: ViewGraph) -> tuple[Finding, ...]:
-    """Finding on photos that no chain of shared samples links with the largest group."""
+    """Finding on photos that are linked to too few others, or by no chain to the most."""
     if graph.components <= 1:
-        return ()
+        loose = int(np.count_nonzero(graph.degree < graph.wanted_degree))
+        message = f"{loose} of {len(graph.degree)} photos match fewer than three others"
+        return (Finding("viewpoints", "photos-loose", message, loose, False),) if loose else ()
     apart = len(graph.component) - int(np.bincount(graph.component).max())
     message = f"{apart} of {len(graph.component)} photos may not match with the others"
     return (Finding("viewpoints", "photos-unlinked", message, float(apart), False),)

@@ -62,6 +62,16 @@ class Viewpoints:
             self.positions[rows], self.yaw_deg[rows], self.pitch_deg[rows], kind, self.targets[rows]
         )
 
+    def joined(self, others: "Viewpoints") -> "Viewpoints":
+        """Return these viewpoints, then the others."""
+        return Viewpoints(
+            np.concatenate([self.positions, others.positions]),
+            np.concatenate([self.yaw_deg, others.yaw_deg]),
+            np.concatenate([self.pitch_deg, others.pitch_deg]),
+            self.kind + others.kind,
+            np.concatenate([self.targets, others.targets]),
+        )
+
     def rounded(self) -> "Viewpoints":
         """Round to what files hold: positions to 0.1 mm, angles to 0.0001 degrees."""
         yaw = np.round(self.yaw_deg, 4)

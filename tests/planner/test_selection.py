@@ -173,7 +173,7 @@ def test_fresh_rays_agree_with_the_solvers_matrix(pairs):
     candidates = cover_candidates(
         POSITIONS, pairs, SAMPLES, CAMERA, demand=demand, settings=settings
     )
-    selection = select()
+    selection = select(connected=False)
     rows = np.concatenate([candidates.row(k) for k in selection.results[0].solution])
     hits = np.bincount(pairs.sample[rows], minlength=len(SAMPLES))
     np.testing.assert_array_equal(hits, selection.hits)
@@ -185,11 +185,21 @@ def test_fresh_rays_agree_with_the_solvers_matrix(pairs):
 def test_one_photo_a_place_and_a_target_in_each_picture():
     views = select().viewpoints
     assert len(np.unique(views.positions, axis=0)) == len(views)
-    rays = SAMPLES.xyz[views.targets] - views.positions
-    assert in_frustum(rays, views.yaw_deg, views.pitch_deg, CAMERA).all()
+    aimed = views.take(np.flatnonzero(views.targets >= 0))
+    rays = SAMPLES.xyz[aimed.targets] - aimed.positions
+    assert in_frustum(rays, aimed.yaw_deg, aimed.pitch_deg, CAMERA).all()
     assert (views.pitch_deg >= CAMERA.pitch_min_deg).all()
     assert (views.pitch_deg <= CAMERA.pitch_max_deg).all()
-    assert set(views.kind) == {"cover"}
+    assert set(views.kind) == {"cover", "bridge"}
+    assert (np.array(views.kind)[views.targets < 0] == "bridge").all()
+
+
+def test_photos_are_added_until_the_view_graph_is_firm():
+    loose, firm = select(connected=False), select()
+    assert not loose.graph.firm
+    assert firm.graph.firm
+    assert not [finding for finding in firm.findings if finding.code.startswith("photos")]
+    assert len(firm.viewpoints) <= 1.2 * len(loose.viewpoints)
 
 
 def test_the_same_seed_gives_the_same_viewpoints():
