@@ -348,10 +348,13 @@ def build_airspace(
     """
     low, high = _bounds(scene, d_max if settings.beyond is None else settings.beyond)
     sheet = terrain(scene.ground)
+    points = scene.cloud.xyz
+    if scene.strays is not None:  # the tip of a mast is lonely too
+        points = np.vstack([points, scene.strays])
     grid, curtains = occupancy(
         mesh,
         sheet,
-        scene.cloud.xyz,
+        points,
         d_min=d_min,
         under_roofs=settings.fill_under_roofs,
         most_cells=settings.most_cells,
@@ -361,7 +364,7 @@ def build_airspace(
     return Airspace(
         mesh=_joined(parts),
         parts=np.array([len(part) for part in parts]),
-        obstacles=scene.cloud.xyz,
+        obstacles=points,
         ground=scene.ground,
         zones=zones(settings.zones, settings.ceiling, scene.ground),
         occupancy=grid,
