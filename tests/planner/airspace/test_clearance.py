@@ -1,6 +1,7 @@
 """Signed clearance and what is free, on places small enough to work out by hand."""
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -255,3 +256,11 @@ def test_an_airspace_travels_to_other_processes(make):
 def test_distances_out_of_order_are_refused(make):
     with pytest.raises(ValueError, match="d_min < d_max"):
         build_airspace(make.scene(), make.boxes(UNIT), d_min=5.0, d_max=4.0)
+
+
+def test_what_cleaning_dropped_keeps_its_distance_too(make):
+    mast = replace(make.scene([[5.0, 5.0, 0.5]]), strays=np.array([[0.0, 0.0, 12.0]]))
+    airspace = build_airspace(mast, make.boxes([((-9, -9, 0), (-8, -8, 3))]), d_min=2.0, d_max=12.0)
+    assert airspace.clearance(np.array([[0.0, 1.5, 12.0]])) == pytest.approx(1.5, abs=1e-9)
+    assert not airspace.edge_is_free(np.array([-5.0, 1.5, 12.0]), np.array([5.0, 1.5, 12.0]))
+    assert airspace.edge_is_free(np.array([-5.0, 2.5, 12.0]), np.array([5.0, 2.5, 12.0]))
