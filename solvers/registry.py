@@ -21,6 +21,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
     "tour": {
         "nearest": "solvers.tour.nearest:Nearest",
         "two-opt": "solvers.tour.two_opt:TwoOpt",
+        "iterated-local-search": "solvers.tour.iterated:IteratedLocalSearch",
         "ortools": "solvers.tour.ortools_routing:OrtoolsRouting",
     },
     "motion": {

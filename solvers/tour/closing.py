@@ -10,8 +10,9 @@ def closed_costs(problem: TourProblem) -> Floats:
     """Symmetric costs of a closed tour that has the same best order.
 
     An open tour gets one more place, numbered n, that joins its two ends: free next to
-    an end that is allowed, and next to any other place dearer than all that a single move
-    of a local search could save. Shape (n, n), or (n + 1, n + 1) for an open tour.
+    an end that is allowed, and next to any other place dearer than all that could be saved.
+    Shape (n, n), or (n + 1, n + 1) for an open tour. The closed tour costs what the order
+    does and :func:`surcharge` on top.
     """
     if problem.closed:
         return problem.costs
@@ -28,7 +29,17 @@ def closed_costs(problem: TourProblem) -> Floats:
 
 def detour(problem: TourProblem) -> float:
     """Price of joining the absent place to one that is no fixed end: above any whole tour."""
-    return (problem.size + 1) * float(problem.costs.max()) + 1.0
+    dearest = float(problem.costs.max())
+    return (problem.size + 1) * dearest if dearest > 0.0 else 1.0
+
+
+def surcharge(problem: TourProblem) -> float:
+    """What the best closed tour of :func:`closed_costs` costs beyond the best order.
+
+    One end alone being fixed, the absent place has to be joined to some other place.
+    """
+    one_end = (problem.start is None) != (problem.end is None)
+    return detour(problem) if one_end and not problem.closed else 0.0
 
 
 def opened(problem: TourProblem, tour: Order) -> Order:

@@ -77,7 +77,8 @@ Rule = Callable[[Floats, Floats, Floats], NDArray[np.float64]]
 
 
 def _nearest(values: Floats) -> Floats:
-    return np.floor(values + 0.5)
+    whole: Floats = np.floor(values + 0.5)
+    return whole
 
 
 def _euclidean(steps: Floats, _places: Floats, _place: Floats) -> Floats:
@@ -85,7 +86,8 @@ def _euclidean(steps: Floats, _places: Floats, _place: Floats) -> Floats:
 
 
 def _ceiling(steps: Floats, _places: Floats, _place: Floats) -> Floats:
-    return np.ceil(np.sqrt((steps**2).sum(axis=1)))
+    whole: Floats = np.ceil(np.sqrt((steps**2).sum(axis=1)))
+    return whole
 
 
 def _manhattan(steps: Floats, _places: Floats, _place: Floats) -> Floats:
@@ -93,7 +95,8 @@ def _manhattan(steps: Floats, _places: Floats, _place: Floats) -> Floats:
 
 
 def _maximum(steps: Floats, _places: Floats, _place: Floats) -> Floats:
-    return _nearest(np.abs(steps)).max(axis=1)
+    whole: Floats = _nearest(np.abs(steps)).max(axis=1)
+    return whole
 
 
 def _pseudo_euclidean(steps: Floats, _places: Floats, _place: Floats) -> Floats:
@@ -106,7 +109,8 @@ def _geographical(_steps: Floats, places: Floats, place: Floats) -> Floats:
     east = np.cos(places[:, 1] - place[1])
     apart, along = np.cos(places[:, 0] - place[0]), np.cos(places[:, 0] + place[0])
     cosine = 0.5 * ((1.0 + east) * apart - (1.0 - east) * along)
-    return np.floor(_EARTH * np.arccos(np.clip(cosine, -1.0, 1.0)) + 1.0)
+    whole: Floats = np.floor(_EARTH * np.arccos(np.clip(cosine, -1.0, 1.0)) + 1.0)
+    return whole
 
 
 def _radians(places: Floats) -> Floats:

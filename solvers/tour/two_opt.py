@@ -5,12 +5,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from solvers.arrays import Floats
 from solvers.result import Status
 from solvers.run import Run
 from solvers.stop import Stop
+from solvers.tour.candidates import nearest_lists
 from solvers.tour.closing import closed, closed_costs, opened
 from solvers.tour.nearest import first_places, nearest_order
 from solvers.tour.problem import Order, TourProblem
@@ -56,16 +55,6 @@ class TwoOpt:
             kernels.descend(costs, near, tour, least)
             run.offer(opened(problem, tour))
         return Status.FEASIBLE
-
-
-def nearest_lists(costs: Floats, count: int) -> NDArray[np.int32]:
-    """The ``count`` cheapest neighbours of each place, cheapest first, shape (n, count)."""
-    apart = costs.copy()
-    np.fill_diagonal(apart, np.inf)
-    near = np.argpartition(apart, count - 1, axis=1)[:, :count]
-    near.sort(axis=1)  # so that the stable sort by cost leaves ties at the lowest index
-    by_cost = np.argsort(np.take_along_axis(apart, near, axis=1), axis=1, kind="stable")
-    return np.take_along_axis(near, by_cost, axis=1).astype(np.int32)
 
 
 def _first_orders(problem: TourProblem, run: Run[Order]) -> Iterator[Order]:
