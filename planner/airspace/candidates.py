@@ -9,7 +9,7 @@ from planner.geometry.arrays import Floats, Ints, read_only
 from planner.scene.scene import Box
 
 _MOST_VOXELS = 4_000_000  # in the whole box, free or not
-_SPARE = 2e-3  # metres more than d_min, so that positions rounded for a file stay free
+_SPARE = 5e-3  # metres more than d_min, so that rounding and the flight's own margin cost none
 _FIRST_LOOK = 20_000  # voxels of the coarse lattice that the free volume is guessed from
 _LEVELS = 3  # blocks of 8 x 8 x 8 voxels are decided at once where possible
 
