@@ -19,6 +19,7 @@ class Reason(IntEnum):
     OCCLUDED = 4
     NO_FREE_POSITION = 5
     GIMBAL = 6
+    ZONE = 7
 
     @property
     def label(self) -> str:
@@ -35,7 +36,9 @@ def explain(
     sectors: Ints,
     demand: Demand,
     stages: NDArray[np.int32],
+    *,
     low: Bools | None = None,
+    zoned: Bools | None = None,
 ) -> Bytes:
     """Say of each sample whether it is covered, and if not, what stands in the way first.
 
@@ -50,6 +53,9 @@ def explain(
         gimbal's range as well, within the GSD as well, and unoccluded, shape (4, S).
     low
         Which samples have a reconstructability below what was wanted, shape (S,).
+    zoned
+        Which samples would be seen but for a zone, the ceiling or the geofence, shape (S,);
+        read only where no free position sees the sample.
 
     Returns
     -------
@@ -62,8 +68,10 @@ def explain(
     facing, tilted, sharp, visible = stages
     enough = sectors >= demand.sectors
     low = np.zeros(len(hits), dtype=np.bool_) if low is None else low
+    zoned = np.zeros(len(hits), dtype=np.bool_) if zoned is None else zoned
     conditions = [
         (hits >= demand.hits) & enough & ~low,
+        (visible == 0) & zoned,
         facing == 0,
         tilted == 0,
         sharp == 0,
@@ -72,6 +80,7 @@ def explain(
     ]
     codes = [
         Reason.COVERED,
+        Reason.ZONE,
         Reason.NO_FREE_POSITION,
         Reason.GIMBAL,
         Reason.GSD,

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from planner.airspace.airspace import Airspace
 from planner.config import ViewpointSettings
 from planner.geometry.arrays import Bools, Floats, Ints
 from planner.scene.cloud import Mesh
@@ -15,6 +16,7 @@ from planner.viewpoints.candidates import Candidates
 from planner.viewpoints.completion import complete_cover
 from planner.viewpoints.cover import cover_candidates, photo_prices
 from planner.viewpoints.demand import Demand, even_demand, sharp_demand, view_demand
+from planner.viewpoints.forbidden import kept_out
 from planner.viewpoints.graph import LinkRule
 from planner.viewpoints.pairs import visible_pairs
 from planner.viewpoints.pairwise import choose_by_pairs
@@ -43,7 +45,7 @@ def select_viewpoints(
     voxel: float,
     seed: int = 0,
     map: Callable[..., Any] = map,  # noqa: A002 - it is a map
-    airspace: object | None = None,  # noqa: ARG001 - for refinement off the grid
+    airspace: Airspace | None = None,
 ) -> Selection:
     """Choose viewpoints by the preset of the settings.
 
@@ -70,7 +72,7 @@ def select_viewpoints(
     map
         Runs the clusters of preset ``paper``; anything that looks like :func:`map`.
     airspace
-        Where flight is safe.
+        Where flight is safe; tells which samples only zones keep from being seen.
 
     Returns
     -------
@@ -84,7 +86,11 @@ def select_viewpoints(
     covers = settings.preset == "cover"
     demand = view_demand(samples.quality, settings) if covers else even_demand(samples, settings)
     reachable = demand.clipped(pairs.available, pairs.sides)
-    wish = Wish(demand, reachable, pairs.stages, binding=covers)
+    zoned = None
+    if airspace is not None:
+        unseen = np.flatnonzero(pairs.available == 0)
+        zoned = kept_out(samples, unseen, caster, rule, airspace)
+    wish = Wish(demand, reachable, pairs.stages, binding=covers, zoned=zoned)
     results: tuple[Result[Ints], ...] = ()
     if covers:
         candidates = cover_candidates(
@@ -127,7 +133,7 @@ def _pair_wish(wish: Wish, reachable: Bools, sharp: Demand, settings: ViewpointS
     """Wish of pairs of photos instead of single ones."""
     pairs = PairWish(settings.target, settings.share, reachable, settings.budget is not None)
     possible = Demand(np.minimum(sharp.hits, wish.stages[3]), sharp.sectors)
-    return Wish(sharp, possible, wish.stages, binding=True, pairs=pairs)
+    return Wish(sharp, possible, wish.stages, binding=True, pairs=pairs, zoned=wish.zoned)
 
 
 def _cover(

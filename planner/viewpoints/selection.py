@@ -39,6 +39,8 @@ class Wish:
         Whether missing what is reachable makes the plan a partial one.
     pairs
         What pairs of photos should give, or ``None`` where only hits count.
+    zoned
+        Which samples only zones keep from being seen, shape (S,), where that is known.
 
     """
 
@@ -47,6 +49,7 @@ class Wish:
     stages: NDArray[np.int32]
     binding: bool
     pairs: "PairWish | None" = None
+    zoned: Bools | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,7 +144,7 @@ def assess(
     graph = link(viewpoints, samples, caster, camera, reference=reference, links=links)
     h = reconstructability(viewpoints, samples, caster, camera, reference=reference)
     low = np.zeros(len(h), np.bool_) if wish.pairs is None else h < wish.pairs.target
-    reason = explain(seen.hits, seen.sectors, wish.demand, wish.stages, low)
+    reason = explain(seen.hits, seen.sectors, wish.demand, wish.stages, low=low, zoned=wish.zoned)
     findings = (*_unmet(reason, seen, wish), *_unlinked(graph))
     return Selection(viewpoints, seen.hits, seen.sectors, reason, h, wish, graph, results, findings)
 
