@@ -122,7 +122,7 @@ def occupancy(
     """
     from planner.airspace import voxel_kernels as kernels
 
-    box = _extent(surface, ground, points)
+    box = _extent(surface, ground)
     cell = _cell_width(box, d_min / _CELLS_A_D_MIN, most_cells)
     origin = box[0] - _AROUND * cell
     shape = tuple(int(n) for n in np.ceil((box[1] - box[0]) / cell) + 2 * _AROUND)
@@ -144,14 +144,17 @@ def occupancy(
     return Occupancy(bits, size, origin, cell, reach, under_roofs, most_cells), curtains
 
 
-def _extent(surface: Mesh, ground: Terrain, points: Floats) -> Floats:
-    """Lowest and highest corner of all solids, shape (2, 3), metres."""
+def _extent(surface: Mesh, ground: Terrain) -> Floats:
+    """Lowest and highest corner of surface and terrain, shape (2, 3), metres.
+
+    Raw points do not count: a bird far up must not make the cells wide.
+    """
     rim = np.stack(
         [np.r_[ground.origin, ground.corners.min()], np.r_[ground.high, ground.corners.max()]]
     )
     used = surface.vertices[np.unique(surface.triangles)]
-    low = np.min([a.min(axis=0) for a in (rim, used, points) if len(a)], axis=0)
-    high = np.max([a.max(axis=0) for a in (rim, used, points) if len(a)], axis=0)
+    low = np.min([a.min(axis=0) for a in (rim, used) if len(a)], axis=0)
+    high = np.max([a.max(axis=0) for a in (rim, used) if len(a)], axis=0)
     return np.stack([np.r_[low[:2], ground.corners.min()], high])  # all below terrain is solid
 
 

@@ -182,6 +182,14 @@ def test_lone_points_keep_their_distance(make):
     assert not airspace.edge_is_free(a - [0, 0.02, 0], b - [0, 0.02, 0])
 
 
+def test_a_bird_far_away_is_an_obstacle_but_does_not_blur_the_rest(make):
+    bird = np.array([[4000.0, -3000, 900]])
+    airspace = built(make, make.boxes(UNIT), d_min=1.0, points=bird)
+    assert airspace.occupancy.cell == 0.25
+    np.testing.assert_allclose(airspace.clearance(bird + 3 * UP), [3.0])
+    assert airspace.is_free(np.array([[2.01, 0.5, 5.5]]))[0]
+
+
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 2**31))
 def test_the_terrain_sheet_is_nowhere_below_the_ground_and_all_under_it_is_solid(make, seed):
