@@ -22,6 +22,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "nearest": "solvers.tour.nearest:Nearest",
         "two-opt": "solvers.tour.two_opt:TwoOpt",
         "iterated-local-search": "solvers.tour.iterated:IteratedLocalSearch",
+        "branch-and-bound": "solvers.tour.branch_and_bound:BranchAndBound",
         "ortools": "solvers.tour.ortools_routing:OrtoolsRouting",
     },
     "motion": {
@@ -163,6 +164,8 @@ def _plugged_in(family: str) -> list[tuple[str, str]]:
 
 
 def _spec(family: str, name: str) -> str:
+    if name in _built_in(family):  # not worth a look through everything installed
+        return _built_in(family)[name]
     known = {entry.name: entry.spec for entry in entries(family)}
     if name in known:
         return known[name]
