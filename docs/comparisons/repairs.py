@@ -21,7 +21,8 @@ def main(fields: int = 500, boxes: int = 10, *solvers: str) -> None:
     print("| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
     for solver in table.solvers:
         rows = [row for row in table.rows if row.solver == solver]
-        ratios = np.array([1.0 + row.gap_to_best for row in rows if row.solved])
+        ratios = np.array([1.0 + row.gap_to_best for row in rows if row.solved] or [np.nan])
+        solved = sum(row.solved for row in rows)
         inside = sum(
             instances[trial.instance].boxes.meets(a, b)
             for trial in table.trials
@@ -31,7 +32,7 @@ def main(fields: int = 500, boxes: int = 10, *solvers: str) -> None:
         lengths = f"{ratios.mean():.4f} | {np.percentile(ratios, 95):.3f} | {ratios.max():.3f}"
         checks = np.mean([row.iterations for row in rows])
         milliseconds = 1e3 * np.median([row.seconds for row in rows])
-        print(f"| {solver} | {len(ratios)} | {lengths} | {inside} | {checks:.0f} ", end="")
+        print(f"| {solver} | {solved}/{len(rows)} | {lengths} | {inside} | {checks:.0f} ", end="")
         print(f"| {milliseconds:.0f} |", flush=True)
     print(f"\n{table.machine}")
 

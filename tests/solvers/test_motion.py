@@ -3,6 +3,7 @@
 import itertools
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -56,7 +57,7 @@ def test_every_edge_of_the_path_is_free_and_it_is_hardly_too_long(seed):
 def test_seeded_fields_are_all_solved_close_to_the_shortest(solver):
     ratios = []
     for instance in random_instances(24):
-        result = solve(instance.problem, solver, seed=1)
+        result = solve(instance.problem, solver, seed=1, stop=Stop(iterations=5000))
         path = result.solution
         assert path is not None
         assert result.refused == 0
@@ -287,3 +288,16 @@ def test_bad_input_is_named(change, message):
     given = {"start": [1, 5], "goal": [9, 5], "bounds": BOUNDS, "is_free": BOX.is_free, "step": 1.0}
     with pytest.raises(InvalidProblem, match=message):
         MotionProblem(**{**given, **change})
+
+
+def test_the_comparison_of_planners_runs_and_finds_no_edge_inside_a_box():
+    page = Path(__file__).parents[2] / "docs" / "comparisons" / "repairs.py"
+    done = subprocess.run(
+        [sys.executable, str(page), "3", "6", "rrt-connect", "kpiece"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    rows = [line.split(" | ") for line in done.stdout.splitlines() if " 3/3 " in line]
+    assert [row[0].strip("| ") for row in rows] == ["rrt-connect", "kpiece"]
+    assert [row[5] for row in rows] == ["0", "0"]
