@@ -42,11 +42,11 @@ def test_low_quality_finds_what_was_damaged(source, shared_data):
 
 
 def test_labels_name_what_is_damaged_and_what_is_not():
-    scene = synthetic_scene(1, size=(60.0, 50.0), buildings=6, spacing=0.5)
+    scene = synthetic_scene(1, size=(50.0, 45.0), buildings=5, spacing=0.6)
     radius = 0.02 * float(scene.box.size.max())
-    intact = reconstruct_surface(scene, radius=radius, poisson_depth=7)
+    intact = reconstruct_surface(scene, radius=radius, poisson_depth=6)
     kinds = ("hole", "thinned", "noisy")
-    prior = damage_prior(scene, intact, poisson_depth=7, seed=3, kinds=kinds)
+    prior = damage_prior(scene, intact, poisson_depth=6, seed=3, kinds=kinds)
     xyz = prior.surface.samples.xyz
     assert not (prior.negatives & np.any(list(prior.positives.values()), axis=0)).any()
     for damage in prior.damages:

@@ -25,7 +25,7 @@ def block(low, high):
 
 
 def house_on_ground():
-    ground = block((-20, -20, -0.5), (20, 20, 0.0))
+    ground = block((-14, -14, -0.5), (14, 14, 0.0))
     house = block((-5, -4, 0.0), (5, 4, 7.0))
     return Mesh(
         np.vstack([ground.vertices, house.vertices]),
@@ -48,7 +48,7 @@ def scene_of(cloud, mesh=None):
 @pytest.fixture(scope="module")
 def seen_from_above():
     """Ground and roof densely, walls not at all: what a nadir flight would give."""
-    points = sample_mesh(house_on_ground(), 0.15, 0)
+    points = sample_mesh(house_on_ground(), 0.2, 0)
     roof = (points.xyz[:, 2] > 6.99) | (
         (np.abs(points.xyz[:, 2]) < 1e-9) & ~_under_house(points.xyz)
     )
@@ -106,7 +106,7 @@ def test_without_walls_the_surface_has_a_waist(surface, seen_from_above):
 def test_samples_cover_the_truth(surface):
     truth = sample_mesh(house_on_ground(), 0.5, 1).xyz
     outer = (truth[:, 2] >= 0.0) & ~(_under_house(truth) & (truth[:, 2] < 6.9))
-    outer &= np.abs(truth[:, :2]).max(axis=1) < 19.0
+    outer &= np.abs(truth[:, :2]).max(axis=1) < 13.0
     away = cKDTree(surface.samples.xyz).query(truth[outer])[0]
     assert np.quantile(away, 0.95) < 1.5 * RADIUS
     assert away.max() < 3.5 * RADIUS
@@ -115,22 +115,18 @@ def test_samples_cover_the_truth(surface):
 def test_unseen_facades_score_lowest(surface, seen_from_above):
     scored = score_quality(surface.samples, seen_from_above.cloud, thinned=surface.thinned)
     walls = (scored.xyz[:, 2] > 2.0) & (scored.xyz[:, 2] < 5.0)
-    plain = (np.abs(scored.xyz[:, :2]).max(axis=1) > 9.0) & (
-        np.abs(scored.xyz[:, :2]).max(axis=1) < 18.0
+    plain = (np.abs(scored.xyz[:, :2]).max(axis=1) > 8.0) & (
+        np.abs(scored.xyz[:, :2]).max(axis=1) < 12.5
     )
     assert scored.quality[walls].max() < 0.05
     assert np.quantile(scored.quality[plain], 0.05) > 0.6
 
 
-def test_the_same_scene_gives_the_same_samples_and_another_seed_does_not(surface, seen_from_above):
-    again, other = (
-        reconstruct_surface(seen_from_above, radius=RADIUS, poisson_depth=7, seed=seed)
-        for seed in (0, 1)
-    )
+def test_the_same_scene_gives_the_same_samples(surface, seen_from_above):
+    again = reconstruct_surface(seen_from_above, radius=RADIUS, poisson_depth=7)
     np.testing.assert_array_equal(again.samples.xyz, surface.samples.xyz)
     np.testing.assert_array_equal(again.samples.normals, surface.samples.normals)
     np.testing.assert_array_equal(again.mesh.vertices, surface.mesh.vertices)
-    assert not np.array_equal(other.samples.xyz[:50], surface.samples.xyz[:50])
 
 
 @pytest.mark.parametrize("seed", range(3))
