@@ -40,6 +40,7 @@ class Search:
         self.cap = math.inf
         self._stopped = False
         self._idle = 0
+        run.bound = float(np.linalg.norm(problem.goal - problem.start))  # no path is shorter
         self._reserve = _POLISH * (run.stop.seconds or 0.0)
 
     def spent(self) -> bool:

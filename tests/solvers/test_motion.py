@@ -44,6 +44,8 @@ def test_every_edge_of_the_path_is_free_and_it_is_hardly_too_long(seed):
     result = solve(round_a_box(), "rrt-connect", seed=seed)
     assert not any(BOX.meets(a, b) for a, b in itertools.pairwise(result.solution))
     assert AROUND <= result.cost <= 1.01 * AROUND
+    assert result.bound == 8.0  # as the crow flies
+    assert result.gap == pytest.approx(1 - 8.0 / result.cost)
 
 
 @pytest.mark.parametrize(
