@@ -4,11 +4,14 @@ import json
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from planner.errors import PlannerError
+
+
+_Corner = tuple[float, float]
 
 
 class _Settings(BaseModel):
@@ -89,6 +92,17 @@ class QualitySettings(_Settings):
     clip_percent: float = Field(default=1.0, ge=0.0, lt=50.0)
 
 
+def _turn(a: _Corner, b: _Corner, c: _Corner) -> float:
+    """Twice the signed area of a triangle."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _cross(a: _Corner, b: _Corner, c: _Corner, d: _Corner) -> bool:
+    """Whether segments ab and cd cross at a point inside of both."""
+    apart = _turn(a, b, c) * _turn(a, b, d), _turn(c, d, a) * _turn(c, d, b)
+    return apart[0] < 0.0 and apart[1] < 0.0
+
+
 class ZoneSettings(_Settings):
     """A prism in local metres: ``keep_out`` forbids its inside, ``keep_in`` its outside."""
 
@@ -97,6 +111,21 @@ class ZoneSettings(_Settings):
     bottom: float | None = None
     top: float | None = None
     name: str = ""
+
+    @model_validator(mode="after")
+    def _is_a_prism(self) -> Self:
+        """Refuse what would forbid nothing, or something else than it seems to."""
+        if self.bottom is not None and self.top is not None and self.bottom >= self.top:
+            raise ValueError(f"bottom {self.bottom} is not below top {self.top}")
+        sides = list(zip(self.polygon, (*self.polygon[1:], self.polygon[0]), strict=True))
+        area = sum(a[0] * b[1] - b[0] * a[1] for a, b in sides)
+        if abs(area) < 1e-6:
+            raise ValueError("the polygon has no area")
+        for i, first in enumerate(sides):
+            for second in sides[i + 2 : len(sides) - (i == 0)]:
+                if _cross(*first, *second):
+                    raise ValueError(f"sides {first} and {second} of the polygon cross")
+        return self
 
 
 class AirspaceSettings(_Settings):
@@ -192,8 +221,7 @@ class FlightSettings(_Settings):
     """The curve between photos. ``handle`` is the Bezier handle as a share of the chord.
 
     ``margin`` is what the flight keeps beyond d_min, metres, so that rounding in written files
-    cannot use it up. ``iterations`` bounds the validity checks of each search for a way around;
-    the shortest way of ``attempts`` is taken.
+    cannot use it up. ``iterations`` bounds the validity checks of each search for a way around.
     """
 
     speed: float = Field(default=4.0, gt=0.0)
@@ -201,7 +229,6 @@ class FlightSettings(_Settings):
     handle: float = Field(default=1.0 / 3.0, gt=0.0, le=0.5)
     solver: str = "rrt-connect"
     iterations: int = Field(default=20_000, ge=10)
-    attempts: int = Field(default=2, ge=1, le=100)
 
 
 class Config(_Settings):
@@ -273,9 +300,12 @@ def _assign(tree: dict[str, Any], assignment: str) -> None:
             f"--set {assignment}: is no assignment; write it as route.solver=ortools"
         )
     try:
-        value = tomllib.loads(f"value = {text.strip()}")["value"]
-    except tomllib.TOMLDecodeError:
-        value = text.strip()
+        read = tomllib.loads(f"value = {text.strip()}")
+    except (tomllib.TOMLDecodeError, RecursionError):
+        read = {"value": text.strip()}
+    if len(read) > 1:
+        raise PlannerError(f"--set {key}: sets more than one value; write one assignment each")
+    value = read["value"]
     for part in parts[:-1]:
         tree = tree.setdefault(part, {})
         if not isinstance(tree, dict):

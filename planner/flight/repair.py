@@ -48,9 +48,8 @@ def find_way(
     """Search for a polyline that keeps its distance, by a motion solver with exact edge checks.
 
     A box around the two places is searched first, as ways are shorter there, then all of the
-    space. Where there is a way, the shortest of ``settings.attempts`` is taken. The dice depend on
-    the two places and the seed alone, and the way back is the way there: so neither the order of
-    the legs nor what else is flown changes the result.
+    space. The dice depend on the two places and the seed alone, and the way back is the way
+    there: so neither the order of the legs nor what else is flown changes the result.
 
     Parameters
     ----------
@@ -59,7 +58,7 @@ def find_way(
     airspace
         Solids and zones.
     settings
-        Margin, attempts, name of the solver and its number of validity checks.
+        Margin, name of the solver and its number of validity checks.
     seed
         Root of all chance.
 
@@ -71,12 +70,8 @@ def find_way(
     """
     swapped = tuple(end) < tuple(start)
     first, last = (end, start) if swapped else (start, end)
-    results: list[Result[Floats]] = []
-    for attempt in range(settings.attempts):
-        results += _search(first, last, airspace, settings, _seed(first, last, seed, attempt))
-        if results[-1].solution is None:
-            break
-    points = min(results, key=lambda result: result.cost).solution  # infinite without any
+    results = _search(first, last, airspace, settings, _seed(first, last, seed))
+    points = results[-1].solution
     if points is not None and swapped:
         points = points[::-1]
     return Way(points, tuple(results))
@@ -85,7 +80,7 @@ def find_way(
 def _search(
     first: Floats, last: Floats, airspace: Space, settings: FlightSettings, seed: int
 ) -> "list[Result[Floats]]":
-    """Results of one attempt: nearby and, if there is nothing, everywhere."""
+    """Results of the searches nearby and, if there is no way, everywhere."""
     from solvers import Stop, solve
     from solvers.motion import MotionProblem
 
@@ -124,8 +119,8 @@ def edge_is_free(a: Floats, b: Floats, airspace: Space, required: float, margin:
     )
 
 
-def _seed(first: Floats, last: Floats, root: int, attempt: int) -> int:
+def _seed(first: Floats, last: Floats, root: int) -> int:
     """Seed that depends on the two places, not on when their leg is looked at."""
     places = np.round(np.concatenate([first, last]) * 10.0**JOINT_DECIMALS).astype(np.int64)
     words = places.view(np.uint32).tolist()
-    return int(np.random.SeedSequence(root, spawn_key=(*words, attempt)).generate_state(1)[0])
+    return int(np.random.SeedSequence(root, spawn_key=tuple(words)).generate_state(1)[0])

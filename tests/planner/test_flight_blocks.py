@@ -120,7 +120,7 @@ def fly_inside(seed):
     views = Viewpoints(
         deep, np.zeros(len(deep)), np.zeros(len(deep)), ("",) * len(deep), np.zeros(len(deep))
     )
-    settings = FlightSettings(iterations=50, attempts=1)
+    settings = FlightSettings(iterations=50)
     flight = plan_flight(views, airspace, settings=settings, seed=seed)
     assert_outside(block, flight.viewpoints.positions)
     return len(deep)
