@@ -4,28 +4,42 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from planner.config import Config, load_config
-    from planner.errors import PlannerError
+    from planner.config import Config, SceneSettings, ZoneSettings, load_config
+    from planner.errors import MissingDependency, PlannerError
     from planner.missions.check import check_folder
+    from planner.missions.written import WrittenPlan, load_plan
     from planner.planning import Plan, PlanStatus, plan
     from planner.scene.load import load_scene
     from planner.scene.scene import Scene
     from planner.scene.synthetic import synthetic_scene
+    from planner.viewpoints.camera import Camera
 
 __all__ = [
+    "Camera",
     "Config",
+    "MissingDependency",
     "Plan",
     "PlanStatus",
     "PlannerError",
     "Scene",
+    "SceneSettings",
+    "WrittenPlan",
+    "ZoneSettings",
     "check_folder",
     "load_config",
+    "load_plan",
     "load_scene",
     "plan",
     "synthetic_scene",
 ]
 
 _ROOMS = {
+    "Camera": "planner.viewpoints.camera",
+    "MissingDependency": "planner.errors",
+    "SceneSettings": "planner.config",
+    "WrittenPlan": "planner.missions.written",
+    "ZoneSettings": "planner.config",
+    "load_plan": "planner.missions.written",
     "Config": "planner.config",
     "Plan": "planner.planning",
     "PlanStatus": "planner.planning",

@@ -194,7 +194,7 @@ def _plan_and_save(
     from planner.planning import PlanStatus, plan
     from planner.report.numbers import summary
 
-    with _mapper(workers) as spread:
+    with _executor(workers) as spread:
         result = plan(source, settings, map=spread, listener=_say)
     _say("write", f"writing {out} and proving it")
     result.save(out, overwrite=overwrite)
@@ -212,31 +212,17 @@ def _plan_and_save(
     raise typer.Exit(0 if result.status is PlanStatus.COMPLETE else 1)
 
 
-@contextmanager
-def _mapper(workers: int) -> Iterator[Any]:
-    """``map``, or that of a pool of spawned processes."""
-    if workers == 1:
-        yield map
-        return
-    import multiprocessing
-
-    with multiprocessing.get_context("spawn").Pool(workers) as pool:
-        yield pool.map
-
-
 def _say(stage: str, sentence: str) -> None:
     """Show one line of progress."""
-    if sentence:
-        _print(f"[dim]{stage:>10}[/dim]  {sentence}", markup=True)
-    else:
-        _print(f"[bold]{stage:>10}[/bold]", markup=True)
+    _print(f"{stage:>10}  {sentence}".rstrip(), style="dim" if sentence else "bold")
 
 
-def _print(line: str, *, markup: bool = False) -> None:
-    """Print text for people, on stderr."""
+def _print(line: str, *, style: str | None = None) -> None:
+    """Print text for people, on stderr, as it is."""
     from rich.console import Console
 
-    Console(stderr=True, highlight=False, markup=markup, soft_wrap=True).print(line)
+    console = Console(stderr=True, highlight=False, markup=False, emoji=False, soft_wrap=True)
+    console.print(line, style=style)
 
 
 def main() -> None:

@@ -1,7 +1,7 @@
 """From a coarse model to a certified flight: the stages, in the order of the paper's section 3."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -155,8 +155,7 @@ def plan(
     prior = _study(source, config, clock)
     tried = _attempt(prior, prior.positions, config, map, clock)
     if tried.dropped:
-        again = _attempt(prior, _away_from(prior.positions, tried), config, map, clock)
-        tried = again if again.dropped < tried.dropped else tried
+        tried = _refilled(tried, prior, config, map, clock)
     return Plan(
         config=config,
         scene=prior.scene,
@@ -182,6 +181,7 @@ def _require_solvers(config: Config) -> None:
         ("viewpoints.solver", "cover", config.viewpoints.solver),
         ("route.solver", "tour", config.route.solver),
         ("flight.solver", "motion", config.flight.solver),
+        ("viewpoints.pair_solver", "pairs", config.viewpoints.pair_solver),
     ):
         try:
             require(load(family, name))
@@ -253,6 +253,27 @@ def _study(source: Scene | str | Path, config: Config, clock: "_Clock") -> _Prio
     return prior
 
 
+@contextmanager
+def _solver_words() -> Iterator[None]:
+    """Pass on what a solver refuses or fails at in one line."""
+    from solvers import SolverError
+
+    try:
+        yield
+    except SolverError as error:
+        raise PlannerError(f"a solver gave up ({error}); choose another") from error
+
+
+def _stop_if_interrupted(results: Iterable[Any]) -> None:
+    """End the plan if a solver was interrupted: its answer is only what it had by then."""
+    from solvers import StopReason
+
+    if any(
+        result is not None and result.stop_reason is StopReason.INTERRUPTED for result in results
+    ):
+        raise KeyboardInterrupt
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Attempt:
     """One choice of photos with the flight through them."""
@@ -267,6 +288,11 @@ class _Attempt:
         """Number of chosen viewpoints that no safe flight reaches."""
         return len(self.chosen) - len(self.flight.kept)
 
+    @property
+    def covered(self) -> int:
+        """Number of samples that the flown photos cover."""
+        return self.selection.reason_counts()["covered"]
+
 
 def _attempt(
     prior: _Prior, positions: Floats, config: Config, spread: Mapper, clock: "_Clock"
@@ -274,37 +300,39 @@ def _attempt(
     """Choose photos among these positions, order them, and fly through them."""
     scale, mesh, samples = prior.scale, prior.surface.mesh, prior.samples
     distances = {"d_min": scale.d_min, "d_max": scale.d_max, "gsd": scale.gsd}
-    with clock.stage("viewpoints"):
-        selection = select_viewpoints(
-            positions,
-            mesh,
-            samples,
-            prior.camera,
-            settings=config.viewpoints,
-            **distances,
-            voxel=prior.voxel,
-            seed=config.seed,
-            map=spread,
-            airspace=prior.airspace,
-        )
-        clock.tell(f"{len(selection.viewpoints)} viewpoints")
-    prior.need(len(selection.viewpoints), "no free position sees any of the surface")
-    with clock.stage("route"):
-        chosen = selection.viewpoints.rounded()
-        box = prior.scene.box
-        route = order_viewpoints(chosen, settings=config.route, box=box, seed=config.seed)
-        chosen = chosen.take(route.order)
-        clock.tell(f"length {route.length:.0f} m, switching cost {route.cost:.3f}")
-    with clock.stage("flight"):
-        flight = plan_flight(
-            chosen,
-            prior.airspace,
-            settings=config.flight,
-            closed=config.route.closed,
-            seed=config.seed,
-        )
-        prior.need(len(flight.kept), "no photo can be flown to safely")
-        clock.tell(f"{len(flight.path)} certified pieces, {len(flight.repaired)} legs repaired")
+    with _solver_words():
+        with clock.stage("viewpoints"):
+            selection = select_viewpoints(
+                positions,
+                mesh,
+                samples,
+                prior.camera,
+                settings=config.viewpoints,
+                **distances,
+                voxel=prior.voxel,
+                seed=config.seed,
+                map=spread,
+                airspace=prior.airspace,
+            )
+            clock.tell(f"{len(selection.viewpoints)} viewpoints")
+        prior.need(len(selection.viewpoints), "no free position sees any of the surface")
+        with clock.stage("route"):
+            chosen = selection.viewpoints.rounded()
+            box = prior.scene.box
+            route = order_viewpoints(chosen, settings=config.route, box=box, seed=config.seed)
+            chosen = chosen.take(route.order)
+            clock.tell(f"length {route.length:.0f} m, switching cost {route.cost:.3f}")
+        with clock.stage("flight"):
+            flight = plan_flight(
+                chosen,
+                prior.airspace,
+                settings=config.flight,
+                closed=config.route.closed,
+                seed=config.seed,
+            )
+            prior.need(len(flight.kept), "no photo can be flown to safely")
+            clock.tell(f"{len(flight.path)} certified pieces, {len(flight.repaired)} legs repaired")
+    _stop_if_interrupted((*selection.results, route.result, *flight.results))
     if len(flight.kept) < len(chosen):
         selection = reassess(
             selection,
@@ -316,6 +344,18 @@ def _attempt(
             **distances,
         )
     return _Attempt(selection, route, flight, chosen)
+
+
+def _refilled(
+    tried: _Attempt, prior: _Prior, config: Config, spread: Mapper, clock: "_Clock"
+) -> _Attempt:
+    """Try once more without the places that could not be flown to; keep what covers more."""
+    try:
+        again = _attempt(prior, _away_from(prior.positions, tried), config, spread, clock)
+    except PlannerError as error:
+        clock.tell(f"no second choice of photos: {error}")
+        return tried
+    return max(again, tried, key=lambda attempt: (attempt.covered, -attempt.dropped))
 
 
 def _away_from(positions: Floats, tried: _Attempt) -> Floats:

@@ -10,4 +10,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def compiled(function: F) -> F:
     """Compile with numba and keep the result on disk, as far as that can be written."""
-    return cast("F", njit(cache=True)(function))
+    try:
+        return cast("F", njit(cache=True)(function))
+    except RuntimeError:  # numba found no place to keep it
+        return cast("F", njit(function))

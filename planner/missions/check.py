@@ -2,6 +2,7 @@
 
 import hashlib
 import zipfile
+import zlib
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.airspace.field import DistanceField
-from planner.airspace.storage import read_arrays
+from planner.airspace.storage import StoredAirspace, read_arrays
+from planner.config import Config, load_config
 from planner.errors import PlannerError
 from planner.flight.path import FlightPath
 from planner.flight.timing import sample_path
+from planner.geometry import bezier
 from planner.geometry.angles import circular_difference_deg
 from planner.geometry.arrays import Floats
 from planner.missions.proof import CurveProof, prove_distance
@@ -25,6 +28,16 @@ SAME_METRES = 1e-3
 SAME_SECONDS = 1e-3
 SAME_DEGREES = 1e-2
 MOST_ARRAY_BYTES = 4 * 2**30
+_DAMAGED = (
+    zipfile.BadZipFile,
+    zlib.error,
+    ValueError,
+    KeyError,
+    EOFError,
+    NotImplementedError,
+    RuntimeError,
+    MemoryError,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +94,9 @@ class Check:
         return {"ok": self.ok, **asdict(self), "problems": list(self.problems)}
 
 
-def check_folder(folder: str | Path, *, scene: str | Path | None = None) -> Check:
+def check_folder(
+    folder: str | Path, *, scene: str | Path | None = None, sealed: bool = True
+) -> Check:
     """Prove a written plan from its files alone.
 
     Every row of ``path.csv`` is worked out again from ``path.json`` (to 1 mm), the viewpoints are
@@ -95,6 +110,9 @@ def check_folder(folder: str | Path, *, scene: str | Path | None = None) -> Chec
         Plan folder.
     scene
         File that the plan was made from; if given, its hash must be the recorded one.
+    sealed
+        Whether ``report.json`` must be there, with the hash of every other file; it is written
+        last, once the rest is proven.
 
     Returns
     -------
@@ -114,6 +132,7 @@ def check_folder(folder: str | Path, *, scene: str | Path | None = None) -> Chec
     field = DistanceField.from_arrays(arrays, name=str(folder / "airspace.npz"))
     stored = read_arrays(arrays, name=str(folder / "airspace.npz"))
     path, speed = read_path_file(folder / "path.json")
+    config = load_config(folder / "config.toml")
     viewpoints = read_viewpoints(folder / "viewpoints.csv")
     rows = read_path_table(folder / "path.csv")
     problems = [
@@ -122,23 +141,28 @@ def check_folder(folder: str | Path, *, scene: str | Path | None = None) -> Chec
     ]
     if not problems:
         problems += _row_problems(folder / "path.csv", path, viewpoints, rows, speed)
-    controls = path.controls
+    problems += _agreement_problems(folder, path, field, stored, config)
+    if sealed:
+        problems += _seal_problems(folder)
+    # a flight of one photo has no curve: its place is proven instead
+    standing = np.repeat(viewpoints.positions[:, None], 4, axis=1)
+    controls = path.controls if len(path) else standing
     solid = prove_distance(controls, field.clearance, field.d_min)
     raw = prove_distance(controls, field.raw_distance, field.d_min)
     zones = prove_distance(controls, stored.zones.margin, 0.0)
     problems += _near(solid, "anything solid", field.d_min)
     problems += _near(raw, "a point of the coarse model", field.d_min)
     problems += _near(zones, "its zones' allowance", 0.0)
-    lowest = int(np.argmin(solid.bound)) if len(path) else -1
-    zone_margin = float(zones.bound.min()) if len(path) else np.inf
-    raw_clearance = float(raw.bound.min()) if len(path) else np.inf
+    lowest = int(np.argmin(solid.bound)) if len(controls) else -1
+    zone_margin = float(zones.bound.min()) if len(controls) else np.inf
+    raw_clearance = float(raw.bound.min()) if len(controls) else np.inf
     return Check(
         problems=tuple(problems),
         pieces=len(path),
         rows=len(rows),
         viewpoints=len(viewpoints),
         d_min=field.d_min,
-        clearance=float(solid.bound[lowest]) if len(path) else None,
+        clearance=float(solid.bound[lowest]) if len(controls) else None,
         piece=lowest,
         raw_clearance=raw_clearance if np.isfinite(raw_clearance) else None,
         zone_margin=zone_margin if np.isfinite(zone_margin) else None,
@@ -157,7 +181,7 @@ def read_arrays_file(path: Path) -> dict[str, NDArray[Any]]:
         raise PlannerError(
             f"{path}: cannot be read ({error.strerror or error}); plan again"
         ) from None
-    except (zipfile.BadZipFile, ValueError, KeyError, EOFError) as error:
+    except _DAMAGED as error:
         raise PlannerError(f"{path}: is damaged ({error}); plan again") from None
 
 
@@ -171,7 +195,7 @@ def read_path_file(path: Path) -> tuple[FlightPath, float]:
         if not 0.0 < speed < np.inf:
             raise ValueError(f"speed {speed} is not positive")
         return FlightPath.from_records(tree["pieces"], start=int(tree["start"])), speed
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         what = f"{error} is missing" if isinstance(error, KeyError) else str(error).rstrip(".")
         raise PlannerError(f"{path}: {what}; plan again") from None
 
@@ -184,12 +208,65 @@ def _hash_problems(record: Path, scene: str | Path | None) -> list[str]:
     if scene is None:
         return []
     try:
-        found = hashlib.sha256(Path(scene).read_bytes()).hexdigest()
+        found = sha256(Path(scene))
     except OSError as error:
         raise PlannerError(f"{scene}: cannot be read ({error.strerror}); check the path") from None
     if found == tree["sha256"]:
         return []
     return [f"{scene}: is not the file that was planned (its SHA-256 begins with {found[:12]})"]
+
+
+def _agreement_problems(
+    folder: Path,
+    path: FlightPath,
+    field: DistanceField,
+    stored: StoredAirspace,
+    config: Config,
+) -> list[str]:
+    """Whether the files speak of the same distance, zones and clearances."""
+    problems = []
+    claimed = read_json(folder / "path.json").get("d_min")
+    wanted = config.scale.d_min
+    if claimed != field.d_min or wanted not in {None, field.d_min}:
+        problems.append(
+            f"{folder / 'airspace.npz'}: d_min is {field.d_min}, but {claimed} in path.json"
+            + ("" if wanted is None else f" and {wanted} in config.toml")
+        )
+    ceiling = stored.zones.ceiling
+    above = None if ceiling is None else ceiling.above_ground
+    if len(stored.zones.prisms) != len(config.airspace.zones) or above != config.airspace.ceiling:
+        problems.append(f"{folder / 'airspace.npz'}: zones or ceiling are not those of config.toml")
+    if len(path):
+        middle = bezier.evaluate(path.controls, np.full(len(path), 0.5))
+        bold = np.flatnonzero(path.clearance > field.clearance(middle) + SAME_METRES)
+        problems += [
+            f"{folder / 'path.json'}: segment {piece} claims a clearance of "
+            f"{path.clearance[piece]:.3f} m that it has not"
+            for piece in bold[:1]
+        ]
+    return problems
+
+
+def _seal_problems(folder: Path) -> list[str]:
+    """Whether every file is the one whose hash the report holds."""
+    report = read_json(folder / "report.json")
+    sums = report.get("files") if isinstance(report, dict) else None
+    if not isinstance(sums, dict) or not sums:
+        raise PlannerError(f"{folder / 'report.json'}: files is missing; plan again")
+    problems = []
+    for name, recorded in sums.items():
+        place = folder / Path(name).name
+        if not place.is_file():
+            raise PlannerError(f"{place}: is missing; plan again")
+        if sha256(place) != recorded:
+            problems.append(f"{place}: was changed after it was proven")
+    return problems
+
+
+def sha256(path: Path) -> str:
+    """Hash of a file, hexadecimal."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def _viewpoint_problems(

@@ -8,6 +8,21 @@ from pathlib import Path
 
 from planner.errors import PlannerError
 
+FILES = frozenset(
+    {
+        "airspace.npz",
+        "config.toml",
+        "overview.png",
+        "path.csv",
+        "path.json",
+        "report.json",
+        "samples.ply",
+        "scene.json",
+        "viewpoints.csv",
+    }
+)
+"""Every file of a plan folder; a folder with any other is somebody else's."""
+
 
 def refuse_folder(target: str | Path, *, overwrite: bool) -> None:
     """Refuse an output folder that could not be written in the end, before any work is done.
@@ -19,14 +34,27 @@ def refuse_folder(target: str | Path, *, overwrite: bool) -> None:
 
     """
     target = Path(target)
+    try:
+        _refuse(target, overwrite=overwrite)
+    except OSError as error:
+        raise PlannerError(
+            f"{target}: cannot be reached ({error.strerror}); choose a folder that you may write to"
+        ) from None
+
+
+def _refuse(target: Path, *, overwrite: bool) -> None:
+    """Refuse, or let the system's own complaint through."""
     if target.is_symlink() or (target.exists() and not target.is_dir()):
         raise PlannerError(f"{target}: is not a folder; name a new folder with --out")
     if target.exists() and not overwrite:
         raise PlannerError(f"{target}: exists already; name another folder or pass --overwrite")
-    if target.exists() and any(target.iterdir()) and not (target / "report.json").is_file():
-        raise PlannerError(
-            f"{target}: holds something other than a plan and is left alone; name another"
-        )
+    if target.exists():
+        strangers = sorted({entry.name for entry in target.iterdir()} - FILES)
+        if strangers:
+            raise PlannerError(
+                f"{target}: holds {strangers[0]}, which no plan does, and is left alone; "
+                "name another folder"
+            )
     parent = target.absolute().parent
     while not parent.exists():
         parent = parent.parent
@@ -76,8 +104,13 @@ def whole_folder(target: str | Path, *, overwrite: bool = False) -> Iterator[Pat
         if target.exists():
             earlier = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=draft.parent))
             target.replace(earlier / "plan")
-            draft.replace(target)
-            shutil.rmtree(earlier)
+            try:
+                draft.replace(target)
+            except OSError:
+                (earlier / "plan").replace(target)
+                raise
+            finally:
+                shutil.rmtree(earlier, ignore_errors=True)
         else:
             draft.replace(target)
     except OSError as error:

@@ -34,7 +34,7 @@ def read_json(path: Path) -> Any:
         raise PlannerError(f"{path}: cannot be read ({error.strerror}); plan again") from None
     except json.JSONDecodeError as error:
         raise PlannerError(f"{path}: line {error.lineno}: {error.msg}; plan again") from None
-    except (UnicodeDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise PlannerError(f"{path}: is not JSON ({type(error).__name__}); plan again") from None
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from planner.errors import PlannerError
 from planner.flight.timing import sample_path
 from planner.geometry import bezier
-from planner.missions.check import check_folder
+from planner.missions.check import check_folder, sha256
 from planner.missions.folder import whole_folder
 from planner.missions.records import write_json, write_points
 from planner.missions.tables import write_path_table, write_viewpoints
@@ -47,16 +47,16 @@ def save_plan(plan: "Plan", folder: str | Path, *, overwrite: bool = False) -> N
         _write_flight(plan, draft)
         _write_samples(plan, draft)
         _draw(plan, draft)
-        proof = check_folder(draft)
+        proof = check_folder(draft, sealed=False)
         if not proof.ok:
             raise PlannerError(
                 f"{folder}: not written, since its check failed ({proof.problems[0]}); "
                 "please report this with the scene"
             )
         timing = {**plan.timing, "write_and_check": time.perf_counter() - start}
-        write_json(
-            draft / "report.json", {**summary(plan), "check": proof.to_dict(), "timing": timing}
-        )
+        files = {entry.name: sha256(entry) for entry in sorted(draft.iterdir())}
+        report = {**summary(plan), "check": proof.to_dict(), "files": files, "timing": timing}
+        write_json(draft / "report.json", report)
 
 
 def _write_numbers(plan: "Plan", draft: Path) -> None:
@@ -76,7 +76,7 @@ def _write_numbers(plan: "Plan", draft: Path) -> None:
         draft / "scene.json",
         {
             "name": plan.scene.name,
-            "source": plan.scene.source,
+            "source": plan.scene.source and Path(plan.scene.source).name,
             "sha256": plan.scene.sha256,
             "origin": frame.origin.tolist(),
             "crs": frame.crs,

@@ -2,6 +2,7 @@
 
 import math
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -66,7 +67,7 @@ def summary(plan: "Plan") -> dict[str, Any]:
         "seed": plan.config.seed,
         "versions": versions(),
         "source": {
-            "file": plan.scene.source,
+            "file": plan.scene.source and Path(plan.scene.source).name,
             "sha256": plan.scene.sha256,
             "points": len(plan.scene.cloud),
             "box": [float(length) for length in plan.scene.box.size],

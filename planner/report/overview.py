@@ -93,8 +93,10 @@ def draw_overview(
     bar = figure.add_axes((0.945, 0.15, 0.012, 0.68))
     scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(0.0, 1.0), QUALITY_MAP)
     figure.colorbar(scale, cax=bar, label="quality of the coarse model (0 unknown, 1 well known)")
-    figure.suptitle(title, fontsize=15, color=INK, x=0.05, ha="left", fontweight="bold")
-    figure.text(0.05, 0.02, caption, fontsize=10, color=INK)
+    figure.suptitle(
+        title, fontsize=15, color=INK, x=0.05, ha="left", fontweight="bold", parse_math=False
+    )
+    figure.text(0.05, 0.02, caption, fontsize=10, color=INK, parse_math=False)
     buffer = io.BytesIO()
     with mpl.rc_context({"savefig.facecolor": PAPER}):
         figure.savefig(buffer, format="png", metadata={"Software": None})

@@ -63,3 +63,31 @@ def test_what_is_no_assignment_is_refused(assignment):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(PlannerError, match=r"none\.toml"):
         load_config(tmp_path / "none.toml")
+
+
+PENTAGRAM = [[0, 3], [2, -3], [-3, 1], [3, 1], [-2, -3]]
+
+
+@pytest.mark.parametrize(
+    ("zone", "complaint"),
+    [
+        ({"polygon": PENTAGRAM}, "cross"),
+        ({"polygon": [[0, 0], [2, 2], [2, 0], [0, 2.1]]}, "cross"),
+        ({"polygon": [[0, 0], [1, 1], [2, 2]]}, "no area"),
+        ({"polygon": [[0, 0], [1, 0], [1, 1]], "bottom": 5.0, "top": 1.0}, "not below"),
+    ],
+)
+def test_a_zone_that_would_not_forbid_what_it_shows_is_refused(zone, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        Config.model_validate({"airspace": {"zones": [zone]}})
+
+
+def test_concave_zones_are_fine():
+    zone = {"polygon": [[0, 0], [4, 0], [4, 4], [2, 1], [0, 4]]}
+    assert len(Config.model_validate({"airspace": {"zones": [zone]}}).airspace.zones) == 1
+
+
+@pytest.mark.parametrize("text", ["[" * 20000, "1\n[camera]\nwidth_px = 20"])
+def test_an_assignment_sets_one_value_or_is_refused(text):
+    with pytest.raises(PlannerError, match="seed"):
+        load_config(None, [f"seed={text}"])

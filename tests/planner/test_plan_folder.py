@@ -226,3 +226,45 @@ def test_what_leaves_no_room_is_refused_with_its_numbers(scene, setting, complai
     with pytest.raises(PlannerError, match=complaint) as caught:
         plan(scene, load_config(None, [*SETTINGS, setting]))
     assert "d_min" in str(caught.value)
+
+
+def test_a_changed_file_is_noticed_even_where_it_proves_nothing(folder):
+    with (folder / "samples.ply").open("ab") as stream:
+        stream.write(b"\0")
+    result = check_folder(folder)
+    assert not result.ok
+    assert "samples.ply: was changed" in result.problems[-1]
+
+
+def test_a_distance_that_was_lowered_is_noticed(folder):
+    with np.load(folder / "airspace.npz") as stored:
+        arrays = dict(stored)
+    np.savez(folder / "airspace.npz", **{**arrays, "d_min": np.array(0.01)})
+    problems = check_folder(folder).problems
+    assert any("d_min is 0.01" in problem for problem in problems)
+
+
+def test_one_photo_inside_a_building_is_unsafe(folder, planned):
+    tree = read_json(folder / "path.json")
+    tree["pieces"], tree["start"] = [], 0
+    (folder / "path.json").write_text(json.dumps(tree))
+    lines = lines_of(folder / "viewpoints.csv")
+    fields = lines[1].split(",")
+    roof = planned.scene.cloud.xyz[np.argmax(planned.scene.cloud.xyz[:, 2])] - [0.0, 0.0, 1.0]
+    fields[1:4] = [f"{value:.4f}" for value in roof]
+    (folder / "viewpoints.csv").write_text("\n".join([lines[0], ",".join(fields)]) + "\n")
+    assert any("comes within" in problem for problem in check_folder(folder).problems)
+
+
+@pytest.mark.parametrize("name", ["airspace.npz", "path.json", "path.csv", "viewpoints.csv"])
+def test_flipped_bytes_end_in_one_line_or_a_problem(folder, name):
+    content = (folder / name).read_bytes()
+    rng = np.random.default_rng(5)
+    for place in rng.integers(0, len(content), 12):
+        spoilt = bytearray(content)
+        spoilt[place] ^= 1 << int(rng.integers(0, 8))
+        (folder / name).write_bytes(bytes(spoilt))
+        try:
+            assert not check_folder(folder).ok
+        except PlannerError as error:
+            assert "\n" not in str(error)  # noqa: PT017
