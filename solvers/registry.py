@@ -23,6 +23,8 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "two-opt": "solvers.tour.two_opt:TwoOpt",
         "iterated-local-search": "solvers.tour.iterated:IteratedLocalSearch",
         "branch-and-bound": "solvers.tour.branch_and_bound:BranchAndBound",
+        "ant-colony": "solvers.tour.ant_colony:AntColony",
+        "particle-swarm": "solvers.tour.particle_swarm:ParticleSwarm",
         "ortools": "solvers.tour.ortools_routing:OrtoolsRouting",
     },
     "motion": {

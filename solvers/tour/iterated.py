@@ -1,6 +1,5 @@
 """Iterated local search: 3-opt, small kicks, and less and less patience with worse tours."""
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -14,6 +13,7 @@ from solvers.stop import Stop
 from solvers.tour.bounds import ascents, rounded_up
 from solvers.tour.candidates import likely_lists, nearest_lists
 from solvers.tour.closing import closed, closed_costs, opened, surcharge
+from solvers.tour.limits import progress
 from solvers.tour.nearest import first_places, nearest_order
 from solvers.tour.problem import Order, TourProblem
 
@@ -79,10 +79,11 @@ class IteratedLocalSearch:
         best = walk.tour.copy()
         run.offer(opened(problem, best.astype(np.int64)))
         reach = min(self.reach, len(costs) - 2)
+        cycle = self.default_stop(problem).iterations or 1
         warm = self.heat * run.best_cost / problem.size
         while run.best_cost > run.bound and run.proceed():
             kicks = _allowed(run)
-            heat = warm * (1.0 - _progress(problem, run))
+            heat = warm * (1.0 - progress(run, cycle))
             cost = chain(costs, near, walk, best, kicks, reach, heat, least, run.rng)
             run.iteration += kicks - 1
             if cost - surcharge(problem) < run.best_cost:
@@ -122,15 +123,3 @@ def _allowed(run: Run[Order]) -> int:
     if run.stop.iterations is not None:
         kicks = min(kicks, run.stop.iterations - run.iteration + 1)
     return kicks
-
-
-def _progress(problem: TourProblem, run: Run[Order]) -> float:
-    """Share of the run that is over, from 0 to 1."""
-    stop = run.stop
-    if stop.iterations is None and stop.seconds is None:
-        cycle = IteratedLocalSearch.default_stop(problem).iterations or 1
-        return run.iteration % cycle / cycle
-    over = 0.0 if stop.iterations is None else run.iteration / stop.iterations
-    if stop.seconds is not None and math.isfinite(stop.seconds):
-        over = max(over, run.elapsed / stop.seconds)
-    return min(1.0, over)

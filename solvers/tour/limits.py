@@ -1,5 +1,6 @@
-"""Lend a part of a run's limits to one of several solvers."""
+"""How far a run is from its limits, and lending a part of them to one of several solvers."""
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -37,3 +38,18 @@ def part(run: Run[Any], share: float, *, most: int | None = None) -> Iterator[No
     finally:
         run.stop = whole
     run.stop_reason = StopReason.FINISHED  # the end of a part is not that of the run
+
+
+def progress(run: Run[Any], cycle: int) -> float:
+    """Share of the run that is over, from 0 to 1.
+
+    Without a limit on iterations or seconds, it goes from 0 to 1 again and again, every
+    ``cycle`` iterations.
+    """
+    stop = run.stop
+    if stop.iterations is None and stop.seconds is None:
+        return run.iteration % cycle / cycle
+    over = 0.0 if stop.iterations is None else run.iteration / stop.iterations
+    if stop.seconds is not None and math.isfinite(stop.seconds):
+        over = max(over, run.elapsed / stop.seconds)
+    return min(1.0, over)

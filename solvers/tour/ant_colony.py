@@ -1,0 +1,150 @@
+"""Ant colony optimisation: the ant-cycle system, with local search where wanted."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from solvers.arrays import Floats, Ints
+from solvers.result import Status
+from solvers.run import Run
+from solvers.stop import Stop
+from solvers.tour.candidates import nearest_lists
+from solvers.tour.closing import closed, closed_costs, opened
+from solvers.tour.nearest import first_places, nearest_order
+from solvers.tour.problem import Order, TourProblem
+
+_NEAREST = 1e-6  # share of the mean cost that a step costs at least, so that visibility is finite
+_ROUNDING = 1e-10  # share of the largest cost below which a saving is no saving
+_NEIGHBOURS = 8  # of the local search
+
+
+@dataclass(frozen=True, slots=True)
+class AntColony:
+    """Ants walk by trail and distance, and lay trail on what they walked; a cycle an iteration.
+
+    An ant at i steps to a free place j with a probability proportional to
+    ``trail[i, j] ** alpha / costs[i, j] ** beta``. After each cycle, trail fades by
+    ``persistence``, and every ant lays ``quantity`` over the cost of its tour on each leg of
+    it, the best tour as much as ``elitists`` ants. When all ants make tours of one cost, or
+    the colony has found nothing better for ``patience`` cycles, the trail begins anew.
+
+    Parameters
+    ----------
+    ants
+        How many; by default as many as places, or 25 at most with local search.
+    alpha, beta
+        Weight of trail and of visibility, at least 0.
+    persistence
+        Share of the trail that stays, in [0, 1).
+    quantity
+        Trail that an ant lays over its whole tour times its cost, positive.
+    elitists
+        How many ants the best tour counts as, at least 0.
+    patience
+        Cycles without gain until the trail begins anew, at least 1.
+    local_search
+        Whether each ant mends its tour by 2-opt and 3-opt before it lays trail.
+
+    References
+    ----------
+    Dorigo, Maniezzo and Colorni, "Ant system: optimization by a colony of cooperating
+    agents", IEEE SMC-B 26, 1996, doi:10.1109/3477.484436.
+
+    """
+
+    ants: int | None = None
+    alpha: float = 1.0
+    beta: float = 5.0
+    persistence: float = 0.5
+    quantity: float = 100.0
+    elitists: float = 5.0
+    patience: int = 500
+    local_search: bool = False
+    name: ClassVar[str] = "ant-colony"
+    requires: ClassVar[tuple[str, ...]] = ("numba",)
+
+    def __post_init__(self) -> None:
+        if self.ants is not None and self.ants < 1:
+            raise ValueError(f"ants must be at least 1, got {self.ants}.")
+        if not 0.0 <= self.persistence < 1.0 or not self.quantity > 0.0 or self.patience < 1:
+            raise ValueError(
+                f"need persistence in [0, 1), quantity > 0 and patience >= 1, got {self}."
+            )
+        if not min(self.alpha, self.beta, self.elitists) >= 0.0:
+            raise ValueError(f"alpha, beta and elitists must be at least 0, got {self}.")
+
+    @property
+    def cannot(self) -> frozenset[str]:
+        """Asymmetric costs, with local search."""
+        return frozenset({"asymmetric"} if self.local_search else ())
+
+    @staticmethod
+    def default_stop(problem: TourProblem) -> Stop:
+        """Cycles for a few seconds."""
+        return Stop(iterations=max(20, min(2000, 10**8 // problem.size**3)))
+
+    def run(self, problem: TourProblem, run: Run[Order]) -> Status:
+        """Offer the best tour of each cycle."""
+        from solvers.tour import ant_kernels as kernels
+
+        n, costs = problem.size, problem.costs
+        firsts = np.fromiter(first_places(problem), dtype=np.int64)
+        ants = self.ants or (min(n, 25) if self.local_search else n)
+        mend = _mender(problem) if self.local_search else None
+        visible, symmetric = _visibility(costs) ** self.beta, problem.symmetric
+        trail = np.empty((n, n))
+        typical = problem.cost(nearest_order(problem, int(firsts[0]))) or 1.0
+        end = -1 if problem.end is None else problem.end
+        best = run.initial if run.initial is not None else np.empty(0, dtype=np.int64)
+        least, stale = run.best_cost, 0
+        trail[:] = self.quantity / typical
+        while run.proceed():
+            if stale >= self.patience:
+                trail[:] = self.quantity / typical
+                least, stale = np.inf, 0
+            orders = np.empty((ants, n), dtype=np.int64)
+            orders[:, 0] = firsts[run.rng.permutation(max(ants, len(firsts)))[:ants] % len(firsts)]
+            kernels.walk(trail**self.alpha * visible, orders, end, run.rng)
+            if mend is not None:
+                mend(orders)
+            cost = kernels.lengths(costs, orders, problem.closed)
+            shortest = int(cost.argmin())
+            stale += 1
+            if cost[shortest] < least:
+                best, least, stale = orders[shortest].copy(), float(cost[shortest]), 0
+                if least < run.best_cost:
+                    run.offer(best)
+            trail *= self.persistence
+            for ant in range(ants):
+                amount = self.quantity / max(cost[ant], 1e-9 * typical)
+                kernels.deposit(trail, orders[ant], amount, problem.closed, symmetric)
+            amount = self.elitists * self.quantity / max(least, 1e-9 * typical)
+            kernels.deposit(trail, best, amount, problem.closed, symmetric)
+            if cost.max() <= cost[shortest]:
+                stale = self.patience
+        return Status.FEASIBLE
+
+
+def _visibility(costs: Floats) -> Floats:
+    """One over each cost, in means; free steps count as nearly free."""
+    mean = float(costs.mean()) or 1.0
+    return mean / np.maximum(costs, _NEAREST * mean)
+
+
+def _mender(problem: TourProblem) -> Callable[[Ints], None]:
+    """What improves orders in place, shape (ants, n)."""
+    from solvers.tour.search_kernels import new_walk, settle
+
+    costs = closed_costs(problem)
+    near = nearest_lists(costs, min(_NEIGHBOURS, len(costs) - 1))
+    least = _ROUNDING * float(problem.costs.max())
+
+    def mend(orders: Ints) -> None:
+        for order in orders:
+            walk = new_walk(closed(problem, order))
+            settle(costs, near, walk, least)
+            order[:] = opened(problem, walk.tour.astype(np.int64))
+
+    return mend
