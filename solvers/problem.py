@@ -44,7 +44,8 @@ class Solver(Protocol):
     Optional class attributes: ``requires`` (import names of the packages it needs),
     ``cannot`` (features of problems that it refuses), ``ignores`` (fields of ``Stop``
     that it cannot obey), ``default_stop`` (a ``Stop``, or a method that makes one from the
-    problem) and ``exact`` (proves optimality and infeasibility when it finishes).
+    problem), ``exact`` (proves optimality and infeasibility when it finishes) and ``optional``
+    (its packages do not come with this one).
     """
 
     @property

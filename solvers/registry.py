@@ -19,6 +19,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "lns": "solvers.pairs.lns:LargeNeighbourhood",
     },
     "tour": {
+        "auto": "solvers.tour.auto:Auto",
         "nearest": "solvers.tour.nearest:Nearest",
         "two-opt": "solvers.tour.two_opt:TwoOpt",
         "iterated-local-search": "solvers.tour.iterated:IteratedLocalSearch",
@@ -26,6 +27,8 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "ant-colony": "solvers.tour.ant_colony:AntColony",
         "particle-swarm": "solvers.tour.particle_swarm:ParticleSwarm",
         "ortools": "solvers.tour.ortools_routing:OrtoolsRouting",
+        "christofides": "solvers.tour.christofides:Christofides",
+        "fast-tsp": "solvers.tour.fast_tsp:FastTSP",
     },
     "motion": {
         "rrt-connect": "solvers.motion.ompl_planners:RRTConnect",
@@ -46,7 +49,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
 }
 """Family -> name -> ``"module:Class"``. Third parties use entry points instead."""
 
-_INSTALLED_AS = {"fcl": "python-fcl", "open3d": "open3d"}  # where the import name differs
+_INSTALLED_AS = {"fcl": "python-fcl", "fast_tsp": "fast-tsp", "open3d": "open3d"}  # where the import name differs
 
 
 @dataclass(frozen=True, slots=True)

@@ -71,7 +71,7 @@ def held_karp_bound(
     ascent = Ascent(-math.inf, np.empty(0))
     for ascent in ascents(problem, upper, steps):  # noqa: B007 - the last one is the best
         pass
-    return rounded_up(problem, ascent.bound - surcharge(problem))
+    return rounded_up(ascent.bound - surcharge(problem), grain(problem.costs))
 
 
 def ascents(problem: TourProblem, upper: float, steps: int) -> Iterator[Ascent]:
@@ -104,7 +104,7 @@ def assignment_bound(problem: TourProblem) -> float:
     costs = directed_costs(problem)
     np.fill_diagonal(costs, (len(costs) + 1) * costs.max() + 1.0)
     rows, columns = linear_sum_assignment(costs)
-    return rounded_up(problem, float(costs[rows, columns].sum()))
+    return rounded_up(float(costs[rows, columns].sum()), grain(problem.costs))
 
 
 def directed_costs(problem: TourProblem) -> Floats:
@@ -134,8 +134,7 @@ def grain(costs: Floats) -> float:
     return float(np.gcd.reduce(costs.astype(np.int64), axis=None))
 
 
-def rounded_up(problem: TourProblem, bound: float) -> float:
-    """A bound on the cost of an order, raised to the next cost that an order can have."""
+def rounded_up(bound: float, unit: float) -> float:
+    """A bound raised to the next multiple of ``unit``, if that is not 0, and to 0 at least."""
     bound = max(0.0, bound)
-    unit = grain(problem.costs)
     return unit * math.ceil(bound / unit - 1e-6) if unit > 0.0 else bound

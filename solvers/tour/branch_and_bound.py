@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.arrays import Floats
-from solvers.result import Status
+from solvers.result import Status, StopReason
 from solvers.run import Run
 from solvers.stop import Stop
 from solvers.tour.bounds import Ascent, ascents, grain, rounded_up
@@ -71,49 +71,52 @@ class BranchAndBound:
 
     def run(self, problem: TourProblem, run: Run[Order]) -> Status:
         """Offer each better tour; optimal when the search is over."""
+        with part(run, 0.5, most=1 + self.kicks * problem.size):
+            IteratedLocalSearch().run(problem, run)
+        return Status.UNKNOWN if run.best is None else self.prove(problem, run)
+
+    def prove(self, problem: TourProblem, run: Run[Order], *, weight: int = 1) -> Status:
+        """Go on from the incumbent of a run; a node counts as ``weight`` iterations."""
         from solvers.tour.edge_kernels import no_decisions
         from solvers.tour.proof_kernels import new_frames, new_trees, open_bound, prove
 
-        with part(run, 0.5, most=1 + self.kicks * problem.size):
-            IteratedLocalSearch().run(problem, run)
-        if run.best is None:
-            return Status.UNKNOWN
-        costs, extra = closed_costs(problem), surcharge(problem)
-        ascent = _root(problem, run)
+        unit, extra = grain(problem.costs), surcharge(problem)
+        ascent = _root(problem, run, unit)
         if run.best_cost <= run.bound:
             return Status.OPTIMAL
-        unit = grain(problem.costs)
         slack = 1e-6 * unit if unit > 0.0 else _SAME * run.best_cost
         upper = np.array([run.best_cost + extra])
-        edges = _edges(costs, ascent, upper[0] - unit + slack if unit > 0.0 else upper[0] - slack)
+        cutoff = upper[0] - unit + slack if unit > 0.0 else upper[0] - slack
+        edges = _edges(closed_costs(problem), ascent, cutoff)
         decided, tour = no_decisions(edges), np.zeros(len(edges.cost), dtype=np.bool_)
         trees, frames = new_trees(edges, ascent.prices), new_frames(edges, ascent.prices)
-        if edges.cost.size == 0 or decided.left.min() < 2:
-            return Status.OPTIMAL  # no edges for a better tour
+        if decided.left.min() < 2:
+            return Status.OPTIMAL  # a better tour would lack edges
         while frames.at[0] >= 0:
-            if not run.proceed():
+            nodes = _allowed(run, len(edges.cost), weight)
+            if nodes == 0 or not run.proceed():
+                run.stop_reason = run.limit() or StopReason.ITERATIONS
                 return Status.FEASIBLE
-            before, nodes = upper[0], _allowed(run, len(edges.cost))
+            before = upper[0]
             looked = prove(
                 edges, decided, trees, frames, upper, tour, unit, slack, nodes,
                 self.steps, self.tries, self.trial_steps,
             )  # fmt: skip
-            run.iteration += max(0, looked - 1)
+            run.iteration += max(0, looked * weight - 1)
             if upper[0] < before:
                 run.offer(opened(problem, _walked(edges, tour)))
             if frames.at[0] > 0:
-                open_now = open_bound(frames, upper[0]) - extra
-                run.bound = max(run.bound, rounded_up(problem, open_now))
+                run.bound = max(run.bound, rounded_up(open_bound(frames, upper[0]) - extra, unit))
         return Status.OPTIMAL
 
 
-def _root(problem: TourProblem, run: Run[Order]) -> Ascent:
+def _root(problem: TourProblem, run: Run[Order], unit: float) -> Ascent:
     """Bound and prices before any decision, even where no time is left."""
     steps = ascents(problem, run.best_cost, _ASCENT)
     ascent = next(steps)
     while run.remaining > 0.0 and (better := next(steps, None)) is not None:
         ascent = better
-    run.bound = max(run.bound, rounded_up(problem, ascent.bound - surcharge(problem)))
+    run.bound = max(run.bound, rounded_up(ascent.bound - surcharge(problem), unit))
     return ascent
 
 
@@ -129,13 +132,13 @@ def _edges(costs: Floats, ascent: Ascent, cutoff: float) -> "Edges":
     return new_edges(one, other, costs[one, other], len(costs))
 
 
-def _allowed(run: Run[Order], edges: int) -> int:
-    """Nodes until the next look at the limits; the first of them has been counted."""
+def _allowed(run: Run[Order], edges: int, weight: int) -> int:
+    """Nodes until the next look at the limits; 0 if the limit on iterations leaves none."""
     nodes = max(1, _EDGES_A_BATCH // edges)
     if run.stop.stall is not None:
-        nodes = min(nodes, run.stop.stall)
+        nodes = min(nodes, max(1, run.stop.stall // weight))
     if run.stop.iterations is not None:
-        nodes = min(nodes, run.stop.iterations - run.iteration + 1)
+        nodes = min(nodes, (run.stop.iterations - run.iteration) // weight)
     return nodes
 
 

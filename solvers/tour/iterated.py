@@ -1,5 +1,6 @@
 """Iterated local search: 3-opt, small kicks, and less and less patience with worse tours."""
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -10,7 +11,7 @@ from solvers.arrays import Floats
 from solvers.result import Status
 from solvers.run import Run
 from solvers.stop import Stop
-from solvers.tour.bounds import ascents, rounded_up
+from solvers.tour.bounds import ascents, grain, rounded_up
 from solvers.tour.candidates import likely_lists, nearest_lists
 from solvers.tour.closing import closed, closed_costs, opened, surcharge
 from solvers.tour.limits import progress
@@ -97,14 +98,14 @@ class IteratedLocalSearch:
         if n > _LARGEST_ASCENT:
             return nearest_lists(costs, count)
         upper = problem.cost(nearest_order(problem, next(first_places(problem))))
-        prices = np.zeros(n)
+        bound, prices = -math.inf, np.zeros(n)
         share = 0.1 * run.remaining  # infinite where time is no limit, and then never reached
         begun = run.elapsed
         for ascent in ascents(problem, upper, int(min(300, max(20, _ASCENT_WORK / n**2)))):
-            run.bound = rounded_up(problem, ascent.bound - surcharge(problem))
-            prices = ascent.prices
+            bound, prices = ascent.bound - surcharge(problem), ascent.prices
             if run.elapsed - begun > share:
                 break
+        run.bound = max(run.bound, rounded_up(bound, grain(problem.costs)))
         return likely_lists(costs, prices, count, max(1, (2 * count) // 3))
 
 
