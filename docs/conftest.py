@@ -3,7 +3,6 @@
 import sys
 from types import ModuleType
 
-import pytest
 from sybil import Sybil
 from sybil.evaluators.doctest import NUMBER
 from sybil.parsers.markdown import PythonCodeBlockParser, SkipParser
@@ -34,11 +33,3 @@ pytest_collect_file = Sybil(
     patterns=["*.md"],
     setup=open_page,
 ).pytest()
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
-    """Keep the blocks of a page in one process when tests are spread over several."""
-    for item in items:
-        if item.path.suffix == ".md":
-            item.add_marker(pytest.mark.xdist_group(item.path.stem))
