@@ -13,6 +13,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
     "cover": {
         "greedy": "solvers.cover.greedy:Greedy",
         "cvxpy": "solvers.cover.cvxpy_ilp:CvxpyILP",
+        "lagrangian": "solvers.cover.lagrangian:Lagrangian",
     },
     "pairs": {
         "greedy": "solvers.pairs.greedy:Greedy",
@@ -49,7 +50,8 @@ BUILT_IN: dict[str, dict[str, str]] = {
 }
 """Family -> name -> ``"module:Class"``. Third parties use entry points instead."""
 
-_INSTALLED_AS = {"fcl": "python-fcl", "fast_tsp": "fast-tsp", "open3d": "open3d"}  # where the import name differs
+_INSTALLED_AS = {"fcl": "python-fcl", "fast_tsp": "fast-tsp"}
+"""Distributions whose name differs from what they are imported as."""
 
 
 @dataclass(frozen=True, slots=True)

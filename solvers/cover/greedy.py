@@ -5,8 +5,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from solvers.arrays import Ints, read_only
+from solvers.arrays import Floats, read_only
+from solvers.cover.bounds import quick_bound
 from solvers.cover.problem import Chosen, CoverProblem
+from solvers.cover.rows import rivals_of
 from solvers.result import Status
 from solvers.run import Run
 
@@ -18,6 +20,7 @@ class Greedy:
     Chvatal's heuristic (1979, doi:10.1287/moor.4.3.233) for multi-cover: within
     ``1 + ln(largest set)`` of the optimum. Open demand counts missing hits and missing
     sectors alike. Ties go to the lowest index; the only iteration is the whole selection.
+    A lower bound comes with it (:func:`solvers.cover.bounds.quick_bound`).
 
     Parameters
     ----------
@@ -28,25 +31,31 @@ class Greedy:
 
     pruned: bool = True
     name: ClassVar[str] = "greedy"
-    requires: ClassVar[tuple[str, ...]] = ("numba",)
+    requires: ClassVar[tuple[str, ...]] = ("numba", "scipy")
 
     def run(self, problem: CoverProblem, run: Run[Chosen]) -> Status:
         """Offer the greedy selection; ``UNKNOWN`` if conflicts led into a dead end."""
         if run.proceed():
             run.offer(select(problem, pruned=self.pruned))
+            run.bound = quick_bound(problem)
         return Status.FEASIBLE if run.best is not None else Status.UNKNOWN
 
 
-def select(problem: CoverProblem, *, pruned: bool = True) -> Chosen:
-    """Greedy selection, for other solvers to start from; no cover if conflicts prevent it."""
+def select(problem: CoverProblem, prices: Floats | None = None, *, pruned: bool = True) -> Chosen:
+    """Greedy selection, for other solvers to start from; no cover if conflicts prevent it.
+
+    It may go by other ``prices`` than those of the problem, shape (sets,), but prunes by
+    the problem's own.
+    """
     from solvers.cover import kernels
 
     none = read_only(np.zeros(1, dtype=np.int16))  # read-only as the real ones: one compilation
     sectors = none if problem.sectors is None else problem.sectors
     hit_arrays = (problem.indptr, problem.indices, sectors)
     wants = (problem.demand, problem.sector_demand)
+    asked = problem.prices if prices is None else read_only(prices)
     order, hits, seen = kernels.choose(
-        *hit_arrays, problem.prices, *wants, problem.sector_count, *_conflict_arrays(problem)
+        *hit_arrays, asked, *wants, problem.sector_count, *rivals_of(problem)
     )
     if pruned:
         last_first = order[::-1]
@@ -54,18 +63,3 @@ def select(problem: CoverProblem, *, pruned: bool = True) -> Chosen:
         kept = kernels.prune(dearest_first, *hit_arrays, *wants, hits, seen)
         order = dearest_first[kept]
     return np.sort(order)
-
-
-def _conflict_arrays(problem: CoverProblem) -> tuple[Ints, Ints, Ints, Ints]:
-    """Groups of each set, and sets of each group, both as row starts and columns."""
-    sizes = np.array([len(group) for group in problem.conflicts], dtype=np.int64)
-    members = np.concatenate([*problem.conflicts, np.empty(0, dtype=np.int64)])
-    owner = np.repeat(np.arange(len(sizes)), sizes)
-    by_set = np.argsort(members, kind="stable")
-    starts = np.searchsorted(members[by_set], np.arange(problem.sets + 1))
-    return (
-        starts.astype(np.int64),
-        owner[by_set].astype(np.int64),
-        np.concatenate(([0], np.cumsum(sizes))).astype(np.int64),
-        members.astype(np.int64),
-    )
