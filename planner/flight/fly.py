@@ -133,10 +133,10 @@ def _free_rows(spots: Floats, airspace: Space, margin: float) -> tuple[Ints, lis
     findings = []
     for row in range(len(spots)):
         if not clearance[row] >= required:
-            reason = f"is {clearance[row]:.3f} m from solids where {required:.3f} m are kept"
+            reason = f"is {clearance[row]:.4f} m from solids where {required:.4f} m are kept"
         elif not zones[row] >= margin:
             reason = (
-                f"is {zones[row]:.3f} m from zones or the ceiling where {margin:.3f} m are kept"
+                f"is {zones[row]:.4f} m from zones or the ceiling where {margin:.4f} m are kept"
             )
         elif not beyond[row] <= 0.0:
             reason = f"is {beyond[row]:.3f} m beyond the space that is known"

@@ -59,7 +59,7 @@ class AntColony:
     beta: float = 5.0
     persistence: float = 0.5
     quantity: float = 100.0
-    elitists: float = 5.0
+    elitists: float = 20.0
     patience: int = 500
     local_search: bool = False
     name: ClassVar[str] = "ant-colony"
