@@ -13,6 +13,8 @@ BUILT_IN: dict[str, dict[str, str]] = {
     "cover": {
         "greedy": "solvers.cover.greedy:Greedy",
         "cvxpy": "solvers.cover.cvxpy_ilp:CvxpyILP",
+        "cp-sat": "solvers.cover.cp_sat:CpSat",
+        "local-search": "solvers.cover.local_search:LocalSearch",
         "lagrangian": "solvers.cover.lagrangian:Lagrangian",
     },
     "pairs": {

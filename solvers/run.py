@@ -72,6 +72,15 @@ class Run(Generic[S]):
         limit = self.stop.seconds
         return math.inf if limit is None else max(0.0, limit - self.elapsed)
 
+    @property
+    def patience(self) -> float:
+        """Iterations left before a limit on them, or on a stall, is reached."""
+        stop = self.stop
+        left = math.inf if stop.iterations is None else stop.iterations - self.iteration
+        if stop.stall is not None:
+            left = min(left, stop.stall - (self.iteration - self._last_gain))
+        return max(0.0, left)
+
     def limit(self) -> StopReason | None:
         """Limit that has been reached, without counting an iteration."""
         stop = self.stop

@@ -2,18 +2,16 @@
 
 import warnings
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from solvers.cover.greedy import select
 from solvers.cover.problem import Chosen, CoverProblem
+from solvers.cover.sector_rows import sector_rows
 from solvers.result import Status, StopReason
 from solvers.run import Run
 from solvers.stop import Stop
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +99,7 @@ def _constraints(problem: CoverProblem, x: Any) -> list[Any]:
     rows = problem.covers.T.tocsr()[wanting].astype(np.float64)
     constraints = [rows @ x >= demand[wanting]]
     if (problem.sector_demand > 1).any():
-        hits_of_pair, pairs_of_element, wanted = _sector_rows(problem)
+        hits_of_pair, pairs_of_element, wanted = sector_rows(problem)
         y = cp.Variable(hits_of_pair.shape[0], bounds=[0.0, 1.0])
         constraints += [y <= hits_of_pair @ x, pairs_of_element @ y >= wanted]
     if problem.conflicts:
@@ -110,23 +108,3 @@ def _constraints(problem: CoverProblem, x: Any) -> list[Any]:
         shape = (len(problem.conflicts), problem.sets)
         constraints.append(csr_array((np.ones(len(owner)), (owner, members)), shape=shape) @ x <= 1)
     return constraints
-
-
-def _sector_rows(problem: CoverProblem) -> tuple["csr_array[Any]", "csr_array[Any]", Any]:
-    """Pairs x sets, elements x pairs, and demand, for elements that want two sectors or more."""
-    from scipy.sparse import csr_array
-
-    sectors = np.empty(0) if problem.sectors is None else problem.sectors
-    owner = np.repeat(np.arange(problem.sets), np.diff(problem.indptr))
-    wants = np.flatnonzero(problem.sector_demand[problem.indices] > 1)
-    element = problem.indices[wants].astype(np.int64)
-    code = element * problem.sector_count + sectors[wants]
-    pairs, pair = np.unique(code, return_inverse=True)
-    hits_of_pair = csr_array(
-        (np.ones(len(wants)), (pair, owner[wants])), shape=(len(pairs), problem.sets)
-    )
-    wanting, row = np.unique(pairs // problem.sector_count, return_inverse=True)
-    pairs_of_element = csr_array(
-        (np.ones(len(pairs)), (row, np.arange(len(pairs)))), shape=(len(wanting), len(pairs))
-    )
-    return hits_of_pair, pairs_of_element, problem.sector_demand[wanting]

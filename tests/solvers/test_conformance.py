@@ -15,7 +15,7 @@ from solvers.tour.nearest import first_places, nearest_order
 EVERY = [entry for family in families() for entry in entries(family)]
 
 EXPECTED = {
-    "cover": {"greedy", "cvxpy", "lagrangian"},
+    "cover": {"greedy", "cvxpy", "cp-sat", "local-search", "lagrangian"},
     "tour": {
         *("auto", "nearest", "two-opt", "iterated-local-search", "ant-colony", "particle-swarm"),
         *("branch-and-bound", "ortools", "christofides", "fast-tsp"),
