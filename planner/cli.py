@@ -122,6 +122,9 @@ def compare_solvers(
     seeds: Annotated[int, typer.Option(min=1, help="How many seeds, from 0 up.")] = 1,
     seconds: Annotated[float | None, typer.Option(help="Limit of each run.")] = None,
     iterations: Annotated[int | None, typer.Option(min=1, help="Limit of each run.")] = None,
+    until_best: Annotated[
+        bool, typer.Option("--until-best", help="End a run at the best cost known, too.")
+    ] = False,
     csv: Annotated[Path | None, typer.Option(help="File for the rows.")] = None,
     markdown: Annotated[Path | None, typer.Option(help="File for the tables.")] = None,
     plot: Annotated[Path | None, typer.Option(help="File for the anytime curves.")] = None,
@@ -135,7 +138,9 @@ def compare_solvers(
     with _solver_errors(), _executor(workers) as spread:
         stop = _stop(seconds, iterations)
         racing = cases(family, instances or ()), entrants(family, solver or ())
-        table = compare(*racing, range(seeds), stop, map=spread, listener=_say_trial)
+        table = compare(
+            *racing, range(seeds), stop, until_best=until_best, map=spread, listener=_say_trial
+        )
         for path, text in ((csv, table.csv()), (markdown, table.markdown())):
             if path is not None:
                 path.write_text(text, encoding="utf-8")

@@ -42,6 +42,7 @@ def compare(
     stop: Stop = Stop(),  # noqa: B008 - an immutable value
     *,
     best_known: Mapping[str, float] | None = None,
+    until_best: bool = False,
     map: Mapper = map,  # noqa: A002 - what is like it may stand in for it
     listener: Callable[[Trial], None] | None = None,
 ) -> Comparison:
@@ -69,6 +70,9 @@ def compare(
     best_known
         Name of an instance -> best cost known; for those missing here and in the instances,
         tables measure from the best cost that any solver found.
+    until_best
+        Whether a run also ends once it reaches the best cost known, where one is: the seconds
+        are then the time to that target, and no gap changes. Needs another limit besides.
     map
         How to spread the runs, such as ``ProcessPoolExecutor().map``; everything that travels
         pickles if the problems do.
@@ -78,7 +82,8 @@ def compare(
     Raises
     ------
     InvalidProblem
-        If there is nothing to compare, or two instances or solvers share a name.
+        If there is nothing to compare, two instances or solvers share a name, or a run until
+        the best has no other limit.
 
     """
     cases = tuple(_cases(problems))
@@ -88,14 +93,21 @@ def compare(
         raise InvalidProblem(
             "a comparison needs a problem, a solver and a seed, at least one each."
         )
+    if until_best and not stop.limits:
+        raise InvalidProblem("a run until the best cost known needs another limit besides.")
+    known = {case.name: case.best_known for case in cases if case.best_known is not None}
+    known.update({name: cost for name, cost in (best_known or {}).items() if name not in known})
+    stops = {
+        case.name: dataclasses.replace(stop, target=known[case.name])
+        for case in cases
+        if until_best and case.name in known
+    }
     jobs = [
-        _Job(case.name, case.problem, label, solver, seed, stop)
+        _Job(case.name, case.problem, label, solver, seed, stops.get(case.name, stop))
         for case in cases
         for label, solver in entrants.items()
         for seed in seeds
     ]
-    known = {case.name: case.best_known for case in cases if case.best_known is not None}
-    known.update({name: cost for name, cost in (best_known or {}).items() if name not in known})
     trials: list[Trial] = []
     try:
         for trial in map(_trial, jobs):

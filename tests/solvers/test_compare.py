@@ -209,6 +209,17 @@ def test_what_is_no_comparison_is_refused(race, message):
         compare(*race)
 
 
+def test_a_run_until_the_best_known_ends_there():
+    race = cases("tour", ["random:60"]), ["iterated-local-search"]
+    known, few = {race[0][0].name: 1e6}, Stop(iterations=50)
+    row = compare(*race, stop=few, best_known=known, until_best=True).rows[0]
+    assert (row.stop_reason, row.iterations < 50) == ("target", True)
+    row = compare(*race, stop=few, until_best=True).rows[0]  # none is known
+    assert row.stop_reason == "iterations"
+    with pytest.raises(InvalidProblem, match="another limit"):
+        compare(*race, best_known=known, until_best=True)
+
+
 def test_files_bring_their_best_known_cost(tmp_path):
     head = "NAME: tiny\nTYPE: TSP\nDIMENSION: 4\nEDGE_WEIGHT_TYPE: EUC_2D\nNODE_COORD_SECTION\n"
     (tmp_path / "tiny.tsp").write_text(head + "1 0 0\n2 0 3\n3 4 3\n4 4 0\nEOF\n")
