@@ -156,6 +156,10 @@ class ViewpointSettings(_Settings):
     (``local_views``: ``each`` its own, as printed, or only while ``unmarked``), then global
     views follow until all have ``marks`` scanned marks, at least ``exclusion_voxels`` apart.
 
+    Preset ``smith``, to compare with: as many photos as ``views`` says (``None``: by the area),
+    each moved and turned once in each of ``rounds`` so that the sum of all h up to ``target``
+    grows.
+
     ``confidence_angle_deg`` is where the orientation term of Eq. 7 falls to 1/e.
 
     ``objective = "reconstructability"`` goes on from the cover's answer: ``pair_solver`` searches
@@ -165,7 +169,7 @@ class ViewpointSettings(_Settings):
     which it is worth nothing. ``effort`` says how many positions and iterations that may take.
     """
 
-    preset: Literal["cover", "paper"] = "cover"
+    preset: Literal["cover", "paper", "smith"] = "cover"
     objective: Literal["hits", "reconstructability"] = "hits"
     effort: Literal["quick", "standard", "best"] = "standard"
     target: float = Field(default=4.0, gt=0.0)
@@ -195,6 +199,8 @@ class ViewpointSettings(_Settings):
     local_views: Literal["unmarked", "each"] = "unmarked"
     exclusion_voxels: int = Field(default=1, ge=0)
     marks: int = Field(default=2, ge=1)
+    views: int | None = Field(default=None, ge=1)
+    rounds: int = Field(default=4, ge=1)
     iterations: int | None = Field(default=None, ge=1)
 
 
@@ -221,13 +227,28 @@ class FlightSettings(_Settings):
 
     ``margin`` is what the flight keeps beyond d_min, metres, so that rounding in written files
     cannot use it up. ``iterations`` bounds the validity checks of each search for a way around.
+
+    The flight in time keeps ``speed`` (metres a second), ``acceleration`` along the curve and
+    ``lateral_acceleration`` across it (metres a second squared), and the rates of yaw and gimbal
+    (degrees a second). ``shoot = "stop"`` rests ``settle_seconds`` before each photo; ``"through"``
+    flies on, keeps the camera's angles ``hold_seconds`` before and after each photo, and is so slow
+    there that the aircraft moves at most ``blur_px`` of the wanted GSD in ``exposure_seconds``.
     """
 
-    speed: float = Field(default=4.0, gt=0.0)
+    speed: float = Field(default=4.0, ge=0.01)
     margin: float = Field(default=0.002, ge=0.001)
     handle: float = Field(default=1.0 / 3.0, gt=0.0, le=0.5)
     solver: str = "rrt-connect"
     iterations: int = Field(default=20_000, ge=10)
+    shoot: Literal["stop", "through"] = "stop"
+    acceleration: float = Field(default=2.0, ge=0.01)
+    lateral_acceleration: float = Field(default=2.0, ge=0.01)
+    yaw_rate_deg: float = Field(default=60.0, ge=0.01)
+    gimbal_rate_deg: float = Field(default=60.0, ge=0.01)
+    settle_seconds: float = Field(default=1.0, ge=0.0, le=3600.0)
+    hold_seconds: float = Field(default=0.1, ge=0.0, le=3600.0)
+    exposure_seconds: float = Field(default=0.001, gt=0.0, le=10.0)
+    blur_px: float = Field(default=0.5, gt=0.0)
 
 
 class Config(_Settings):

@@ -26,6 +26,7 @@ class RayCaster:
         import open3d
 
         o3d: Any = open3d  # its type stubs know no NumPy arrays
+        self._mesh = mesh
         self._tensor = o3d.core.Tensor
         self._scene = o3d.t.geometry.RaycastingScene() if len(mesh) else None
         if self._scene is not None:
@@ -33,6 +34,10 @@ class RayCaster:
                 self._tensor(mesh.vertices.astype(np.float32)),
                 self._tensor(mesh.triangles.astype(np.uint32)),
             )
+
+    def __reduce__(self) -> tuple[type["RayCaster"], tuple[Mesh]]:
+        """Send the mesh alone to other processes, which build their own structures."""
+        return RayCaster, (self._mesh,)
 
     def blocked(self, starts: NDArray[np.float32], ends: NDArray[np.float32]) -> Bools:
         """Tell between which points, both (N, 3), the mesh lies.

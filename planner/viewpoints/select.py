@@ -24,6 +24,7 @@ from planner.viewpoints.paper import paper_viewpoints
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.selection import PairWish, Selection, Wish, assess, reassess
 from planner.viewpoints.sight import SightRule
+from planner.viewpoints.smith import smith_viewpoints
 from solvers import Result, Stop, solve
 from solvers.cover import CoverProblem
 
@@ -116,6 +117,14 @@ def select_viewpoints(
                 reference=2.0 * rule.reach,
                 links=LinkRule.of(settings),
             )
+    elif settings.preset == "smith":
+        viewpoints = smith_viewpoints(
+            *(positions, samples, caster, camera),
+            reference=2.0 * rule.reach,
+            settings=settings,
+            map=map,
+            airspace=airspace,
+        )
     else:
         lengths = {"d_min": d_min, "d_max": d_max, "voxel": voxel}
         viewpoints = paper_viewpoints(

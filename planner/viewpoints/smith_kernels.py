@@ -1,0 +1,114 @@
+"""Compiled loops of preset ``smith``; import only where it runs."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.geometry.compiled import compiled
+
+Array = NDArray[Any]
+
+
+@compiled
+def _pair(a: Array, b: Array, table: Array) -> float:
+    """Worth of two views of a sample: ray, nearness and cosine of each, shape (5,)."""
+    near, face = min(a[3], b[3]), min(a[4], b[4])
+    if near <= 0.0 or face <= 0.0:
+        return 0.0
+    x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
+    place = math.sqrt(x * x + y * y + z * z) * (0.5 * (len(table) - 1))
+    low = min(int(place), len(table) - 2)
+    share = min(place - low, 1.0)
+    return float((table[low] + share * (table[low + 1] - table[low])) * near * face)
+
+
+@compiled
+def sums(starts: Array, sight: Array, table: Array) -> Array:
+    """Reconstructability of each sample, whose views are rows ``starts[s]`` to the next."""
+    total = np.zeros(len(starts) - 1)
+    for s in range(len(total)):
+        for i in range(starts[s], starts[s + 1]):
+            for j in range(starts[s], i):
+                total[s] += _pair(sight[i], sight[j], table)
+    return total
+
+
+@compiled
+def own_share(view: int, starts: Array, owner: Array, sight: Array, table: Array) -> Array:
+    """What one view gives to each sample, shape (S,)."""
+    total = np.zeros(len(starts) - 1)
+    for s in range(len(total)):
+        for i in range(starts[s], starts[s + 1]):
+            if owner[i] == view:
+                for j in range(starts[s], starts[s + 1]):
+                    if j != i:
+                        total[s] += _pair(sight[i], sight[j], table)
+    return total
+
+
+@compiled
+def gains(  # noqa: PLR0917 - compiled
+    request: Array,
+    sample: Array,
+    seen: Array,
+    member: Array,
+    views: Array,
+    base: Array,
+    cap: float,
+    starts: Array,
+    owner: Array,
+    sight: Array,
+    table: Array,
+) -> Array:
+    """What a view moved to a place would add to each sample that it would see from there.
+
+    Rows of ``seen`` (n, 5) are the rays, nearness and cosine; ``request`` (n,) the place of
+    each row and ``sample`` (n,) its sample. Place r is one for view ``views[member[r]]``, and
+    ``base`` (members, S) holds what the other views give; more than ``cap`` is worth nothing.
+    """
+    gain = np.zeros(len(request))
+    for k in range(len(request)):
+        s, row = sample[k], member[request[k]]
+        room, total = cap - base[row, s], 0.0
+        for i in range(starts[s], starts[s + 1]):
+            if owner[i] != views[row]:
+                total += _pair(seen[k], sight[i], table)
+                if total >= room:
+                    total = room
+                    break
+        gain[k] = max(0.0, total)
+    return gain
+
+
+@compiled
+def best_aims(
+    rays: Array, gain: Array, indptr: Array, axes: Array, bounds: Array
+) -> tuple[Array, Array]:
+    """Aim of each place whose picture holds most gain, and that gain; the first one on ties.
+
+    ``rays`` (n, 3) run from the camera to the sample, place by place as in ``indptr``; ``axes``
+    (A, 3, 3) and ``bounds`` describe the pictures.
+    """
+    places, aims = len(indptr) - 1, len(axes)
+    best, most = np.zeros(places, dtype=np.int64), np.zeros(places)
+    total = np.empty(aims)
+    west, east, south, north = bounds[0], bounds[1], bounds[2], bounds[3]
+    for p in range(places):
+        total[:] = 0.0
+        for k in range(indptr[p], indptr[p + 1]):
+            x, y, z = rays[k, 0], rays[k, 1], rays[k, 2]
+            for a in range(aims):
+                depth = axes[a, 2, 0] * x + axes[a, 2, 1] * y + axes[a, 2, 2] * z
+                if depth <= 0.0:
+                    continue
+                right = axes[a, 0, 0] * x + axes[a, 0, 1] * y + axes[a, 0, 2] * z
+                if right < west * depth or right > east * depth:
+                    continue
+                up = axes[a, 1, 0] * x + axes[a, 1, 1] * y + axes[a, 1, 2] * z
+                if south * depth <= up <= north * depth:
+                    total[a] += gain[k]
+        best[p] = np.argmax(total)
+        most[p] = total[best[p]]
+    return best, most
