@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from solvers.arrays import Floats, Ints
-from solvers.cover.bounds import price_unit
+from solvers.cover.bounds import price_unit, quick_bound
 from solvers.cover.greedy import select
 from solvers.cover.problem import Chosen, CoverProblem
 from solvers.cover.sector_rows import sector_rows
@@ -53,6 +53,7 @@ class CpSat:
     def run(self, problem: CoverProblem, run: Run[Chosen]) -> Status:
         """Offer each cover that the search finds; ``OPTIMAL`` or ``INFEASIBLE`` once proven."""
         run.offer(select(problem))
+        run.bound = min(quick_bound(problem), run.best_cost)
         prices, unit, exact = _whole_prices(problem.prices)
         model, x = _model(problem, prices)
         while (reached := run.limit()) is None:

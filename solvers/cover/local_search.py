@@ -90,7 +90,7 @@ class Search:
 
     def begin(self, chosen: Ints) -> None:
         """Forget all weights and start from these of ``sets``; demand may be unmet."""
-        from solvers.cover import search_kernels
+        from solvers.cover import state_kernels
 
         rows, columns = self._rows, self._columns
         sets, plain = len(rows.prices), int(rows.group_starts[0])
@@ -100,7 +100,7 @@ class Search:
         group = np.full(len(rows.wanted), -1, dtype=np.int32)
         group[plain:] = np.repeat(np.arange(groups), np.diff(rows.group_starts))
         needs = np.arange(plain + groups, dtype=np.int32)
-        self._state = search_kernels.State(
+        self._state = state_kernels.State(
             chosen=np.zeros(sets, dtype=np.bool_),
             picks=np.zeros(sets, dtype=np.int32),
             slot=np.zeros(sets, dtype=np.int32),
@@ -119,7 +119,7 @@ class Search:
             size=np.array([0, len(needs), 0], dtype=np.int64),
         )
         for j in np.searchsorted(self._sets, chosen):  # few: the chosen sets
-            search_kernels.add(rows, columns, self._state, j)
+            state_kernels.add(rows, columns, self._state, j)
 
     def descend(self, run: Run[Chosen], patience: int) -> bool:
         """Swap until nothing better is found for so long; whether the run may go on."""

@@ -77,8 +77,9 @@ class BranchAndBound:
 
     def prove(self, problem: TourProblem, run: Run[Order], *, weight: int = 1) -> Status:
         """Go on from the incumbent of a run; a node counts as ``weight`` iterations."""
+        from solvers.tour.branch_kernels import new_trees
         from solvers.tour.edge_kernels import no_decisions
-        from solvers.tour.proof_kernels import new_frames, new_trees, open_bound, prove
+        from solvers.tour.proof_kernels import new_frames, open_bound, prove
 
         unit, extra = grain(problem.costs), surcharge(problem)
         ascent = _root(problem, run, unit)
