@@ -16,6 +16,9 @@ from planner.config import CameraSettings, Config
 from planner.errors import MissingDependency, PlannerError
 from planner.findings import Finding
 from planner.flight.fly import Flight, plan_flight
+from planner.flight.limits import Limits
+from planner.flight.sampling import sample_path
+from planner.flight.timing import Timeline, fly_in_time
 from planner.geometry.arrays import Floats
 from planner.missions.written import WrittenPlan, load_plan
 from planner.route.order import Route, order_viewpoints
@@ -68,6 +71,10 @@ class Plan:
         Costs of the order.
     flight
         The certified curve.
+    timeline
+        The curve in time.
+    rows
+        Points of the flight, as ``path.csv`` holds them, shape (n, 7).
     findings
         What the reader must know.
     timing
@@ -85,6 +92,8 @@ class Plan:
     viewpoints: Viewpoints
     route: Route
     flight: Flight
+    timeline: Timeline
+    rows: Floats
     findings: tuple[Finding, ...]
     timing: dict[str, float] = field(default_factory=dict)
 
@@ -156,6 +165,11 @@ def plan(
     tried = _attempt(prior, prior.positions, config, map, clock)
     if tried.dropped:
         tried = _refilled(tried, prior, config, map, clock)
+    with clock.stage("timing"):
+        limits = Limits.of(config.flight, gsd=prior.scale.gsd)
+        timeline = fly_in_time(tried.flight.path, tried.flight.viewpoints, limits)
+        rows = sample_path(timeline, d_min=prior.scale.d_min)
+        clock.tell(f"{timeline.duration:.0f} s, {len(rows)} rows")
     return Plan(
         config=config,
         scene=prior.scene,
@@ -167,6 +181,8 @@ def plan(
         viewpoints=tried.flight.viewpoints,
         route=tried.route,
         flight=tried.flight,
+        timeline=timeline,
+        rows=rows,
         findings=(*tried.selection.findings, *tried.flight.findings),
         timing=clock.seconds,
     )

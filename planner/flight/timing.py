@@ -1,134 +1,246 @@
-"""Where the aircraft is and where it looks, at a constant speed along the curve."""
+"""When the aircraft is where, and where it looks: the time-parameterised flight."""
+
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from planner.flight.limits import Limits
 from planner.flight.path import FlightPath
+from planner.flight.profile import (
+    CREEP,
+    SpeedProfile,
+    speed_in_bends,
+    speed_profile,
+)
 from planner.geometry import bezier
 from planner.geometry.angles import circular_difference_deg
-from planner.geometry.arrays import Floats, Ints
+from planner.geometry.arrays import Bools, Floats, Ints, read_only
 from planner.viewpoints.viewpoints import Viewpoints
 
-ROW_DECIMALS = 4
-"""Rows are rounded so: 0.1 ms, 0.1 mm, 0.0001 degrees."""
+STATION = "station"
+"""Kind of a place that is flown to without taking a photo: take-off and landing."""
 
-TURN_RATE_DEG = 60.0
-"""Degrees a second at which the camera turns between two photos from one place."""
+SHORTEST = 0.1
+"""Seconds that a leg lasts at least, even one without length or turn."""
 
-
-MOST_ROWS = 5_000_000
-"""Longer tables are refused: they come from a broken file."""
-
-SHORTEST = 1e-3
-"""A leg shorter than this many metres counts as one without length."""
+SAME = 1e-9
+"""Times nearer than this, seconds, differ by rounding."""
 
 
-def sample_path(
-    path: FlightPath, viewpoints: Viewpoints, *, speed: float, step: float = 0.1
-) -> Floats:
-    """Rows of ``path.csv``: the flown curve on a uniform grid of time, and at each viewpoint.
+@dataclass(frozen=True, eq=False)
+class Timeline:
+    """The flight in time; the start is at zero.
 
-    A piece lasts its arc length over the speed. A leg without length lasts as long as the camera
-    turns, at :data:`TURN_RATE_DEG`, and at least one step. At a given time the piece is found by
-    its end times, the place on it by :func:`planner.geometry.bezier.parameter_at`. Yaw goes the
-    short way round and pitch straight, both in proportion to the leg's length. Nothing is
-    random or adaptive: the same numbers in give the same rows out, so that a written table can
-    be worked out again from the written curve.
+    Within a leg the aircraft flies its pieces by the speed profile and then rests until the camera
+    has turned and settled. Yaw goes the short way round and pitch straight, both evenly in time,
+    from ``turn_from`` to ``turn_until``; no photo is taken while they move.
+
+    Parameters
+    ----------
+    path, viewpoints, limits
+        What is flown, in which order, and how.
+    profile
+        Speeds along the intervals of all pieces, ``bezier.INTERVALS`` each.
+    ends
+        Seconds at the end of each interval, shape (intervals,).
+    depart, done
+        Seconds at which each leg starts and ends, shape (legs,); ``done`` is when the photo at
+        its end is taken.
+    turn_from, turn_until
+        Seconds between which the camera turns on each leg, shape (legs,).
+    first
+        Viewpoint of each leg's start, shape (legs,).
+
+    """
+
+    path: FlightPath
+    viewpoints: Viewpoints
+    limits: Limits
+    profile: SpeedProfile
+    ends: Floats
+    depart: Floats
+    done: Floats
+    turn_from: Floats
+    turn_until: Floats
+    first: Ints
+
+    def __post_init__(self) -> None:
+        legs = (len(self.depart),)
+        for name in ("depart", "done", "turn_from", "turn_until"):
+            object.__setattr__(self, name, read_only(getattr(self, name), legs, name=name))
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the start to the end."""
+        if len(self.done):
+            return float(self.done[-1])
+        alone = self.path.start >= 0 and self.limits.stop
+        return self.limits.settle_seconds if alone else 0.0
+
+    @property
+    def photo_times(self) -> Floats:
+        """Seconds at which photos are taken, rising, shape (photos,)."""
+        if self.path.start < 0:
+            return np.zeros(0)
+        start = self.depart[0] if len(self.depart) else self.duration
+        times = np.concatenate([[start], self.done])
+        return np.asarray(times[_is_photo(self.path, self.viewpoints)])
+
+    @property
+    def arrivals(self) -> Floats:
+        """Seconds at which each leg's last piece is flown, shape (legs,)."""
+        return np.asarray(self.ends.reshape(-1, bezier.INTERVALS)[self.path.reached >= 0, -1])
+
+    @cached_property
+    def piece_ends(self) -> Floats:
+        """Seconds at the end of each piece, shape (M,)."""
+        return np.asarray(self.ends.reshape(-1, bezier.INTERVALS)[:, -1])
+
+    def at(self, seconds: Floats) -> tuple[Ints, Floats, Floats]:
+        """Piece, parameter on it and speed at these times.
+
+        Parameters
+        ----------
+        seconds
+            Shape (m,), from 0 to the duration.
+
+        Returns
+        -------
+        piece, parameter, speed
+            Each (m,). While it rests the aircraft is at the end of the piece it has flown.
+
+        """
+        row = np.searchsorted(self.ends, seconds).clip(0, len(self.ends) - 1)
+        begun = self.ends - self.profile.duration
+        resting = (seconds < begun[row]) & (row > 0)
+        row = np.where(resting, row - 1, row)
+        piece = row // bezier.INTERVALS
+        run, speed = self.profile.at(row, seconds - begun[row])
+        before = np.cumsum(self.profile.length) - self.profile.length
+        so_far = before[row] - before[piece * bezier.INTERVALS] + run
+        parameter = bezier.parameter_at(self.path.controls, piece, so_far)
+        over = seconds >= self.piece_ends[piece]
+        return piece, np.where(over, 1.0, parameter), np.where(resting, 0.0, speed)
+
+    def angles(self, seconds: Floats) -> tuple[Floats, Floats]:
+        """Yaw in (-180, 180] and pitch at these times, degrees, each (m,)."""
+        leg = np.searchsorted(self.done, seconds).clip(0, len(self.done) - 1)
+        start, end = self.first[leg], self._last[leg]
+        share = (seconds - self.turn_from[leg]) / (self.turn_until - self.turn_from)[leg]
+        share = np.where(seconds >= self.turn_until[leg], 1.0, share.clip(0.0, 1.0))
+        views = self.viewpoints
+        turn = circular_difference_deg(views.yaw_deg[end], views.yaw_deg[start])
+        yaw = (views.yaw_deg[start] + share * turn + 180.0) % 360.0 - 180.0
+        tilt = views.pitch_deg[end] - views.pitch_deg[start]
+        return np.where(yaw <= -180.0, 180.0, yaw), views.pitch_deg[start] + share * tilt
+
+    @property
+    def _last(self) -> Ints:
+        return self.path.reached[self.path.reached >= 0]
+
+
+def fly_in_time(path: FlightPath, viewpoints: Viewpoints, limits: Limits) -> Timeline:
+    """Time a flight as fast as its limits allow.
+
+    Speed keeps within the speed limit, the lateral acceleration in bends, and rests at zero at
+    the ends, at corners and, if the aircraft stops for photos, at each viewpoint. A leg that is
+    flown through is slowed so that the camera has turned, and held its angles, by its end; where
+    that would be slower than :data:`~planner.flight.profile.CREEP` the aircraft stops instead.
 
     Parameters
     ----------
     path
         Certified curve.
     viewpoints
-        Those that the path numbers, shape (K,).
-    speed
-        Metres a second, positive.
-    step
-        Seconds from row to row, positive.
+        Those that the path numbers; places of kind :data:`STATION` are no photos.
+    limits
+        Of motion.
 
     Returns
     -------
-    rows
-        Shape (n, 7): t (seconds), x, y, z (metres), yaw and pitch (degrees), piece. Rounded
-        to :data:`ROW_DECIMALS`. Times rise strictly; a grid row within a tenth of a
-        millisecond of a viewpoint gives way to it.
+    timeline
+        The same numbers in give the same numbers out.
 
     Raises
     ------
     ValueError
-        If speed or step is not positive, the path speaks of other viewpoints, or there would be
-        more than :data:`MOST_ROWS` rows.
+        If the path names other viewpoints.
 
     """
-    if not (speed > 0.0 and step > 0.0):
-        raise ValueError(f"speed and step must be positive, got {speed} and {step}.")
     named = np.concatenate([[path.start], path.reached])
     if named.max() >= len(viewpoints):
         raise ValueError(f"the path names viewpoint {named.max()} of {len(viewpoints)}.")
-    if path.start < 0:
-        return np.zeros((0, 7))
-    if not len(path):
-        return _rounded(
-            np.zeros(1),
-            viewpoints.positions[[path.start]],
-            viewpoints.yaw_deg[[path.start]],
-            viewpoints.pitch_deg[[path.start]],
-            np.zeros(1),
-        )
-    last = np.flatnonzero(path.reached >= 0)  # last piece of each leg
-    ends = path.reached[last]
-    begins = np.concatenate([[path.start], ends[:-1]])
-    turn = circular_difference_deg(viewpoints.yaw_deg[ends], viewpoints.yaw_deg[begins])
-    tilt = viewpoints.pitch_deg[ends] - viewpoints.pitch_deg[begins]
-    resting = np.maximum(np.maximum(np.abs(turn), np.abs(tilt)) / TURN_RATE_DEG, step)
-    durations = _durations(path, resting, speed)
-    until = np.cumsum(durations)
-    arrival, departure = until[last], np.concatenate([[0.0], until[last[:-1]]])
-    if not arrival[-1] / step < MOST_ROWS:
-        raise ValueError(
-            f"a flight of {arrival[-1]:.3g} s has too many rows; is {speed} m/s right?"
-        )
-
-    t = _times(arrival, step)
-    piece = np.searchsorted(until, t).clip(0, len(path) - 1)
-    run = (t - (until - durations)[piece]) * speed
-    parameter = bezier.parameter_at(path.controls, piece, run)
-    parameter = np.where(t == until[piece], 1.0, parameter)
-    leg = path.leg[piece]
-    share = (t - departure[leg]) / (arrival - departure)[leg]
-    share = np.where(t == arrival[leg], 1.0, share)
-    return _rounded(
-        t,
-        bezier.evaluate(path.controls[piece], parameter),
-        viewpoints.yaw_deg[begins][leg] + share * turn[leg],
-        viewpoints.pitch_deg[begins][leg] + share * tilt[leg],
-        piece,
+    last = path.reached[path.reached >= 0]
+    first = np.concatenate([[path.start], last[:-1]])[: len(last)].astype(np.int64)
+    photo = _is_photo(path, viewpoints)
+    turn = _turn_seconds(viewpoints, first, last, limits)
+    if not limits.stop:
+        turn = turn + 2.0 * limits.hold_seconds
+    whole = np.zeros(len(last))
+    np.add.at(whole, path.leg, bezier.lengths(path.controls))
+    stops = np.full(len(last), limits.stop) | ~photo[1:] | (whole < CREEP * turn)
+    paced = np.full(len(last), np.inf)
+    through = ~stops & (turn > 0.0) & (not limits.stop)
+    paced[through] = whole[through] / turn[through]
+    profile = _profile(path, paced, stops, limits)
+    legs = np.repeat(path.leg, bezier.INTERVALS)
+    moving = np.bincount(legs, profile.duration, minlength=len(last))
+    window = np.maximum(np.maximum(moving, turn), SHORTEST)
+    total = window + np.where(limits.stop & photo[1:], limits.settle_seconds, 0.0)
+    rest = limits.settle_seconds if limits.stop and photo[:1].any() else 0.0
+    done = rest + np.cumsum(total)
+    depart = done - total
+    so_far = np.cumsum(profile.duration)
+    ends = np.maximum.accumulate(depart[legs] + so_far - (np.cumsum(moving) - moving)[legs])
+    ends = np.where(ends > done[legs] - SAME, done[legs], ends)  # exactly, so that pieces are clear
+    hold = 0.0 if limits.stop else limits.hold_seconds
+    return Timeline(
+        path,
+        viewpoints,
+        limits,
+        profile,
+        ends,
+        depart,
+        done,
+        depart + hold,
+        depart + window - hold,
+        first,
     )
 
 
-def _durations(path: FlightPath, resting: Floats, speed: float) -> Floats:
-    """Seconds of each piece; ``resting`` are those of each leg if it has no length."""
-    lengths = bezier.lengths(path.controls)
-    whole = np.bincount(path.leg, lengths)[path.leg]
-    pieces = np.bincount(path.leg)[path.leg]
-    return np.where(whole < SHORTEST, resting[path.leg] / pieces, lengths / speed)
+def _is_photo(path: FlightPath, viewpoints: Viewpoints) -> Bools:
+    """Whether a photo is taken at the start and at the end of each leg, shape (legs + 1,)."""
+    stations = np.array([kind == STATION for kind in viewpoints.kind], dtype=np.bool_)
+    visits = np.concatenate([[path.start], path.reached[path.reached >= 0]]).astype(np.int64)
+    if path.start < 0:
+        return np.zeros(0, dtype=np.bool_)
+    photo = ~stations[visits]
+    if len(visits) > 1 and visits[-1] == path.start:
+        photo[-1] = False  # back where the first photo was taken
+    return photo
 
 
-def _times(arrivals: Floats, step: float) -> Floats:
-    """Grid of times up to the last arrival, and the arrivals themselves, rising."""
-    marks = np.concatenate([[0.0], arrivals])
-    grid = step * np.arange(int(np.floor(arrivals[-1] / step)) + 1)
-    after = np.searchsorted(marks, grid).clip(0, len(arrivals))
-    before = (after - 1).clip(0)
-    gap = np.minimum(np.abs(marks[after] - grid), np.abs(grid - marks[before]))
-    return np.sort(np.concatenate([grid[gap > 10.0**-ROW_DECIMALS], marks]))
+def _turn_seconds(views: Viewpoints, first: Ints, last: Ints, limits: Limits) -> Floats:
+    """Seconds in which aircraft and gimbal turn from view to view, at once."""
+    yaw = np.abs(circular_difference_deg(views.yaw_deg[last], views.yaw_deg[first]))
+    pitch = np.abs(views.pitch_deg[last] - views.pitch_deg[first])
+    return np.maximum(yaw / limits.yaw_rate_deg, pitch / limits.gimbal_rate_deg)
 
 
-def _rounded(
-    t: Floats, xyz: Floats, yaw_deg: Floats, pitch_deg: Floats, piece: Floats | Ints
-) -> Floats:
-    """Rows, rounded, with yaw in (-180, 180]."""
-    rows: Floats = np.column_stack([t, xyz, yaw_deg, pitch_deg, piece]).astype(np.float64)
-    rows[:, 4] = (rows[:, 4] + 180.0) % 360.0 - 180.0
-    rows = np.round(rows, ROW_DECIMALS) + 0.0  # -0.0 becomes 0.0
-    rows[rows[:, 4] <= -180.0, 4] = 180.0
-    return rows
+def _profile(path: FlightPath, paced: Floats, stops: Bools, limits: Limits) -> SpeedProfile:
+    """Speed profile of all pieces; ``paced`` is the speed at which each leg's turn is in time."""
+    count = bezier.INTERVALS
+    fastest = np.minimum(speed_in_bends(path.controls, limits.lateral_acceleration), limits.speed)
+    fastest = np.minimum(fastest, paced[path.leg][:, None])
+    at_ends = np.full(count * len(path) + 1, np.inf)
+    ends = count * (np.flatnonzero(path.reached >= 0) + 1)
+    at_ends[ends] = np.where(stops, 0.0, limits.photo_speed)
+    at_ends[count * path.corners()] = 0.0
+    at_ends[[0, -1]] = 0.0
+    return speed_profile(
+        np.diff(bezier.length_table(path.controls), axis=1).ravel(),
+        fastest.ravel(),
+        at_ends,
+        acceleration=limits.acceleration,
+    )

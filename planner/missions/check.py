@@ -14,12 +14,14 @@ from planner.airspace.field import DistanceField
 from planner.airspace.storage import StoredAirspace, read_arrays
 from planner.config import Config, load_config
 from planner.errors import PlannerError
+from planner.flight.limits import Limits
 from planner.flight.path import FlightPath
-from planner.flight.timing import sample_path
+from planner.flight.sampling import sample_path
+from planner.flight.timing import Timeline, fly_in_time
 from planner.geometry import bezier
 from planner.geometry.angles import circular_difference_deg
 from planner.geometry.arrays import Floats
-from planner.missions.proof import CurveProof, prove_distance
+from planner.missions.proof import CurveProof, LineProof, prove_distance, prove_lines
 from planner.missions.records import read_json
 from planner.missions.tables import read_path_table, read_viewpoints
 from planner.viewpoints.viewpoints import Viewpoints
@@ -27,6 +29,8 @@ from planner.viewpoints.viewpoints import Viewpoints
 SAME_METRES = 1e-3
 SAME_SECONDS = 1e-3
 SAME_DEGREES = 1e-2
+TIGHT = 0.02
+"""How tight the bound of the lines from row to row is, as a share of ``d_min``."""
 MOST_ARRAY_BYTES = 4 * 2**30
 _DAMAGED = (
     zipfile.BadZipFile,
@@ -60,6 +64,13 @@ class Check:
         The same to the raw points of the coarse model alone, by a KD-tree, metres.
     zone_margin
         Proven lower bound of the distance to zones, metres; ``None`` without zones.
+    line_clearance
+        Proven lower bound of the distance to solids along straight lines from row to row of
+        ``path.csv``, metres.
+    line_nearest
+        Place on those lines, near which that is: x, y, z, metres.
+    line
+        Line of ``path.csv`` before that place.
 
     """
 
@@ -72,6 +83,9 @@ class Check:
     piece: int
     raw_clearance: float | None
     zone_margin: float | None
+    line_clearance: float | None = None
+    line_nearest: tuple[float, float, float] | None = None
+    line: int = -1
 
     @property
     def ok(self) -> bool:
@@ -86,7 +100,8 @@ class Check:
         return (
             f"safe: {self.pieces} pieces proven to stay {self.clearance:.3f} m from everything "
             f"solid (asked: {self.d_min:.3f} m; nearest in segment {self.piece}); "
-            f"{self.rows} rows and {self.viewpoints} viewpoints agree"
+            f"{self.rows} rows and {self.viewpoints} viewpoints agree, and straight lines from row "
+            f"to row stay {self.line_clearance:.3f} m away"
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -131,7 +146,7 @@ def check_folder(
     arrays = read_arrays_file(folder / "airspace.npz")
     field = DistanceField.from_arrays(arrays, name=str(folder / "airspace.npz"))
     stored = read_arrays(arrays, name=str(folder / "airspace.npz"))
-    path, speed = read_path_file(folder / "path.json")
+    path, limits = read_path_file(folder / "path.json")
     config = load_config(folder / "config.toml")
     viewpoints = read_viewpoints(folder / "viewpoints.csv")
     rows = read_path_table(folder / "path.csv")
@@ -140,7 +155,8 @@ def check_folder(
         *_viewpoint_problems(folder / "viewpoints.csv", path, viewpoints, field),
     ]
     if not problems:
-        problems += _row_problems(folder / "path.csv", path, viewpoints, rows, speed)
+        timed = fly_in_time(path, viewpoints, limits)
+        problems += _row_problems(folder / "path.csv", timed, rows, field.d_min)
     problems += _agreement_problems(folder, path, field, stored, config)
     if sealed:
         problems += _seal_problems(folder)
@@ -153,6 +169,8 @@ def check_folder(
     problems += _near(solid, "anything solid", field.d_min)
     problems += _near(raw, "a point of the coarse model", field.d_min)
     problems += _near(zones, "its zones' allowance", 0.0)
+    flown, off_line = _prove_rows(folder / "path.csv", rows, field, stored)
+    problems += off_line
     lowest = int(np.argmin(solid.bound)) if len(controls) else -1
     zone_margin = float(zones.bound.min()) if len(controls) else np.inf
     raw_clearance = float(raw.bound.min()) if len(controls) else np.inf
@@ -166,6 +184,9 @@ def check_folder(
         piece=lowest,
         raw_clearance=raw_clearance if np.isfinite(raw_clearance) else None,
         zone_margin=zone_margin if np.isfinite(zone_margin) else None,
+        line_clearance=None if flown is None else flown.bound,
+        line_nearest=None if flown is None else _triple(flown.point),
+        line=-1 if flown is None else flown.nearest + 2,
     )
 
 
@@ -185,16 +206,14 @@ def read_arrays_file(path: Path) -> dict[str, NDArray[Any]]:
         raise PlannerError(f"{path}: is damaged ({error}); plan again") from None
 
 
-def read_path_file(path: Path) -> tuple[FlightPath, float]:
-    """Curve and speed of ``path.json``."""
+def read_path_file(path: Path) -> tuple[FlightPath, Limits]:
+    """Curve and limits of motion of ``path.json``."""
     tree = read_json(path)
     try:
-        if tree["format"] != "scanwright path" or tree["version"] != 1:
+        if tree["format"] != "scanwright path" or tree["version"] != 2:
             raise ValueError(f"format {tree['format']!r} version {tree['version']!r} is not known")
-        speed = float(tree["speed"])
-        if not 0.0 < speed < np.inf:
-            raise ValueError(f"speed {speed} is not positive")
-        return FlightPath.from_records(tree["pieces"], start=int(tree["start"])), speed
+        limits = Limits.from_record(tree["motion"])
+        return FlightPath.from_records(tree["pieces"], start=int(tree["start"])), limits
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         what = f"{error} is missing" if isinstance(error, KeyError) else str(error).rstrip(".")
         raise PlannerError(f"{path}: {what}; plan again") from None
@@ -301,11 +320,12 @@ def _viewpoint_problems(
     return problems
 
 
-def _row_problems(
-    table: Path, path: FlightPath, viewpoints: Viewpoints, rows: Floats, speed: float
-) -> list[str]:
+def _row_problems(table: Path, timeline: Timeline, rows: Floats, d_min: float) -> list[str]:
     """Whether each row of ``path.csv`` is what ``path.json`` says; names the first that is not."""
-    wanted = sample_path(path, viewpoints, speed=speed)
+    try:
+        wanted = sample_path(timeline, d_min=d_min)
+    except ValueError as error:
+        raise PlannerError(f"{table.with_suffix('.json')}: {error} plan again") from None
     both = min(len(rows), len(wanted))
     have, want = rows[:both], wanted[:both]
     wrong = np.abs(have[:, 0] - want[:, 0]) > SAME_SECONDS
@@ -323,6 +343,34 @@ def _row_problems(
     if len(rows) != len(wanted):
         return [f"{table}: line {both + 2}: {len(rows)} rows where path.json gives {len(wanted)}"]
     return []
+
+
+def _prove_rows(
+    table: Path, rows: Floats, field: DistanceField, stored: StoredAirspace
+) -> tuple[LineProof | None, list[str]]:
+    """Prove the straight lines from row to row, as they are written, with a sentence a fault."""
+    if not len(rows):
+        return None, []
+    xyz, tolerance = rows[:, 1:4], TIGHT * field.d_min
+    solid = prove_lines(xyz, field.clearance, field.d_min, tolerance=tolerance)
+    raw = prove_lines(xyz, field.raw_distance, field.d_min, tolerance=tolerance)
+    zones = prove_lines(xyz, stored.zones.margin, 0.0, tolerance=tolerance)
+    problems = [
+        f"{table}: line {row + 3}: the straight line to it comes within {distance:.3f} m of "
+        f"{what}; {needed:.3f} m is asked for"
+        for proof, what, needed in (
+            (solid, "anything solid", field.d_min),
+            (raw, "a point of the coarse model", field.d_min),
+            (zones, "its zones' allowance", 0.0),
+        )
+        for row, distance in zip(proof.violated, proof.distance, strict=True)
+    ]
+    return solid, problems
+
+
+def _triple(point: Floats) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in point)
+    return x, y, z
 
 
 def _near(proof: CurveProof, what: str, needed: float) -> list[str]:

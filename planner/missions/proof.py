@@ -83,3 +83,74 @@ def prove_distance(
     np.minimum.at(bound, piece, -np.inf)  # whatever was never settled is not proven
     violated = np.flatnonzero((worst < needed - RESOLUTION) | ~(bound >= needed - 2.0 * RESOLUTION))
     return CurveProof(bound, violated, np.minimum(worst, bound)[violated], where[violated])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LineProof:
+    """What is proven about the straight lines from row to row of a table.
+
+    Parameters
+    ----------
+    bound
+        Proven lower bound of the distance along all of them, metres.
+    nearest
+        Row after which the point comes that was met with the least distance.
+    point
+        That point, shape (3,), metres.
+    violated
+        Rows after which a line comes nearer than asked, ascending, shape (k,).
+    distance
+        Distance at such a point of each, shape (k,), metres.
+
+    """
+
+    bound: float
+    nearest: int
+    point: Floats
+    violated: Ints
+    distance: Floats
+
+
+def prove_lines(
+    xyz: Floats, distance: Callable[[Floats], Floats], needed: float, *, tolerance: float
+) -> LineProof:
+    """Bound the distance along the straight lines that join places, within a tolerance.
+
+    Parameters
+    ----------
+    xyz
+        Places in order, shape (n, 3), n >= 1, metres.
+    distance
+        Signed distance, metres, of points (n, 3); must change by at most 1 m a metre.
+    needed
+        Distance that is asked for, metres.
+    tolerance
+        How far the bound may lie under the least distance met, metres.
+
+    Returns
+    -------
+    proof
+        The bound reaches ``needed`` to within twice :data:`RESOLUTION` if nothing is violated.
+
+    """
+    there = distance(xyz)
+    row = int(np.argmin(there))
+    least, point = float(there[row]), xyz[row]
+    moved = (np.diff(xyz, axis=0) != 0.0).any(axis=1)
+    start = np.flatnonzero(moved)
+    start = start if len(start) else np.zeros(1, dtype=np.int64)  # it never moves
+    lines = bezier.straight(xyz[start], xyz[np.minimum(start + 1, len(xyz) - 1)])
+    while least - tolerance > needed:  # nearly always proven at once
+        proof = prove_distance(lines, distance, least - tolerance)
+        if not len(proof.violated):
+            return LineProof(float(proof.bound.min()), row, point, _NONE, np.zeros(0))
+        worst = int(np.argmin(proof.distance))
+        row, point = int(start[proof.violated[worst]]), proof.point[worst]
+        least = min(float(proof.distance[worst]), least - 0.5 * tolerance)
+    proof = prove_distance(lines, distance, needed)
+    return LineProof(
+        min(float(proof.bound.min()), least), row, point, start[proof.violated], proof.distance
+    )
+
+
+_NONE = np.zeros(0, dtype=np.int64)

@@ -65,10 +65,10 @@ def read_viewpoints(path: Path) -> Viewpoints:
 def write_path_table(path: Path, rows: Floats) -> None:
     """Write ``path.csv``: rows of t, x, y, z, yaw, pitch, segment, shape (n, 7)."""
     lines = [",".join(PATH_COLUMNS)]
-    rounded = np.round(rows[:, :6], 4) + 0.0  # -0.0 becomes 0.0
+    rounded = np.round(rows[:, 1:6], 4) + 0.0  # -0.0 becomes 0.0
     lines += [
-        ",".join(f"{value:.4f}" for value in row) + f",{int(segment)}"
-        for row, segment in zip(rounded, rows[:, 6], strict=True)
+        ",".join([f"{time:.6f}", *(f"{value:.4f}" for value in row), f"{int(segment)}"])
+        for time, row, segment in zip(rows[:, 0], rounded, rows[:, 6], strict=True)
     ]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
 

@@ -7,6 +7,7 @@ from typing import Any
 from planner.airspace.airspace import Airspace
 from planner.config import Config, load_config
 from planner.errors import PlannerError
+from planner.flight.limits import Limits
 from planner.flight.path import FlightPath
 from planner.geometry.arrays import Floats
 from planner.geometry.frames import Frame
@@ -32,8 +33,8 @@ class WrittenPlan:
         In visiting order.
     path
         The certified curve.
-    speed
-        Metres a second along it.
+    limits
+        Limits of motion that it is timed by.
     rows
         ``path.csv``, shape (n, 7): t, x, y, z, yaw, pitch, piece.
     airspace
@@ -48,7 +49,7 @@ class WrittenPlan:
     frame: Frame
     viewpoints: Viewpoints
     path: FlightPath
-    speed: float
+    limits: Limits
     rows: Floats
     airspace: Airspace
     report: dict[str, Any]
@@ -76,7 +77,7 @@ def load_plan(folder: str | Path) -> WrittenPlan:
     folder = Path(folder)
     if not folder.is_dir():
         raise PlannerError(f"{folder}: is no folder; name the folder of a plan")
-    path, speed = read_path_file(folder / "path.json")
+    path, limits = read_path_file(folder / "path.json")
     arrays = folder / "airspace.npz"
     record = read_json(folder / "scene.json")
     try:
@@ -96,7 +97,7 @@ def load_plan(folder: str | Path) -> WrittenPlan:
         frame=frame,
         viewpoints=read_viewpoints(folder / "viewpoints.csv"),
         path=path,
-        speed=speed,
+        limits=limits,
         rows=read_path_table(folder / "path.csv"),
         airspace=Airspace.from_arrays(read_arrays_file(arrays), name=str(arrays)),
         report=read_json(folder / "report.json"),

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.errors import PlannerError
-from planner.flight.timing import sample_path
 from planner.geometry import bezier
 from planner.missions.check import check_folder, sha256
 from planner.missions.folder import whole_folder
@@ -93,20 +92,20 @@ def _write_numbers(plan: "Plan", draft: Path) -> None:
 
 def _write_flight(plan: "Plan", draft: Path) -> None:
     """Viewpoints and the curve."""
-    path, speed = plan.flight.path, plan.config.flight.speed
+    path = plan.flight.path
     write_viewpoints(draft / "viewpoints.csv", plan.viewpoints)
     write_json(
         draft / "path.json",
         {
             "format": "scanwright path",
-            "version": 1,
-            "speed": speed,
+            "version": 2,
+            "motion": plan.timeline.limits.to_record(),
             "d_min": plan.scale.d_min,
             "start": path.start,
             "pieces": path.to_records(),
         },
     )
-    write_path_table(draft / "path.csv", sample_path(path, plan.viewpoints, speed=speed))
+    write_path_table(draft / "path.csv", plan.rows)
 
 
 def _write_samples(plan: "Plan", draft: Path) -> None:

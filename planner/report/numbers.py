@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.flight.timing import sample_path
+from planner.flight.energy import energy
 
 if TYPE_CHECKING:
     from planner.planning import Plan
@@ -59,8 +59,6 @@ def summary(plan: "Plan") -> dict[str, Any]:
     """
     path, route, selection = plan.flight.path, plan.route, plan.selection
     smallest = int(np.argmin(path.clearance)) if len(path) else -1
-    speed = plan.config.flight.speed
-    rows = sample_path(path, plan.viewpoints, speed=speed)
     return {
         "name": plan.scene.name,
         "status": str(plan.status),
@@ -109,12 +107,13 @@ def summary(plan: "Plan") -> dict[str, Any]:
             "repaired_legs": len(np.unique(path.leg[path.repaired])),
             "dropped_viewpoints": len(plan.route.order) - len(plan.viewpoints),
             "length": path.length,
-            "speed": speed,
-            "duration": float(rows[-1, 0]) if len(rows) else 0.0,
+            "speed": plan.timeline.limits.speed,
+            "duration": plan.timeline.duration,
             "certified_clearance": float(path.clearance[smallest]) if len(path) else None,
             "smallest_clearance_piece": smallest,
             "certified_zone_margin": _finite(float(path.zone_margin.min())) if len(path) else None,
         },
+        "motion": _motion(plan),
         "airspace": {
             "d_min": plan.scale.d_min,
             "d_max": plan.scale.d_max,
@@ -131,6 +130,23 @@ def summary(plan: "Plan") -> dict[str, Any]:
             }
             for finding in plan.findings
         ],
+    }
+
+
+def _motion(plan: "Plan") -> dict[str, Any]:
+    """Limits of motion, how photos follow each other, and what the flight takes."""
+    timeline, settings = plan.timeline, plan.config.flight
+    photos = timeline.photo_times
+    gaps = np.diff(photos)
+    speed = timeline.at(photos)[2] if len(plan.flight.path) else np.zeros(len(photos))
+    return {
+        **timeline.limits.to_record(),
+        "photos": len(photos),
+        "photo_interval_min": float(gaps.min()) if len(gaps) else None,
+        "photo_interval_mean": float(gaps.mean()) if len(gaps) else None,
+        "blur_px": float(speed.max(initial=0.0)) * settings.exposure_seconds / plan.scale.gsd,
+        "moving_seconds": float(timeline.profile.duration.sum()),
+        "energy_proxy_joules": energy(timeline),
     }
 
 

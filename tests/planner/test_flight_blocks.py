@@ -7,7 +7,9 @@ from planner.airspace import airspace as airspaces
 from planner.airspace.airspace import build_airspace
 from planner.config import FlightSettings, RouteSettings
 from planner.flight.fly import plan_flight
-from planner.flight.timing import sample_path
+from planner.flight.limits import Limits
+from planner.flight.sampling import sample_path
+from planner.flight.timing import fly_in_time
 from planner.route.order import order_viewpoints
 from planner.scene.synthetic import scene_of, synthetic_block
 from planner.viewpoints.viewpoints import Viewpoints
@@ -82,7 +84,7 @@ def fly_block(seed, d_min=2.0):
     route = order_viewpoints(views, settings=RouteSettings(), box=scene.box, seed=seed)
     flight = plan_flight(views.take(route.order), airspace, seed=seed)
 
-    rows = sample_path(flight.path, flight.viewpoints, speed=4.0)
+    rows = sample_path(fly_in_time(flight.path, flight.viewpoints, Limits()), d_min=d_min)
     for points in (curve_points(flight.path.controls), rows[:, 1:4]):
         assert distance_to_truth(block, points).min() >= d_min
     assert_outside(block, flight.viewpoints.positions)

@@ -79,12 +79,19 @@ def test_report_numbers_agree_with_the_files(planned, written):
     assert report["path"]["length"] == pytest.approx(planned.flight.path.length)
     assert sum(report["viewpoints"]["reasons"].values()) == len(planned.samples)
     assert report["path"]["certified_clearance"] >= report["airspace"]["d_min"]
+    assert report["path"]["duration"] == pytest.approx(planned.rows[-1, 0], abs=1e-6)
+    proof, xyz = report["check"], planned.rows[:, 1:4]
+    assert proof["line_clearance"] >= report["airspace"]["d_min"] - 2e-4
+    least = planned.airspace.clearance(xyz).min()
+    assert proof["line_clearance"] <= least
+    assert proof["line_clearance"] >= least - 0.05 * report["airspace"]["d_min"]
+    assert planned.airspace.clearance(np.array([proof["line_nearest"]]))[0] <= least + 1e-4
 
 
 def test_a_written_plan_is_read_back(planned, written):
     back = Plan.load(written)
     assert back.config == planned.config
-    assert back.speed == planned.config.flight.speed
+    assert back.limits == planned.timeline.limits
     np.testing.assert_array_equal(back.path.controls, planned.flight.path.controls)
     np.testing.assert_allclose(back.viewpoints.positions, planned.viewpoints.positions, atol=1e-9)
     np.testing.assert_array_equal(back.frame.origin, planned.scene.frame.origin)
@@ -132,6 +139,37 @@ def test_a_line_deleted_from_the_path_table_is_named(folder, line):
     result = check_folder(folder)
     assert not result.ok
     assert f"path.csv: line {gone + 1}" in result.problems[0]
+
+
+def test_a_row_moved_so_that_a_straight_line_cuts_a_corner_is_found(folder, planned):
+    table = folder / "path.csv"
+    lines = lines_of(table)
+    rows = np.array([[float(value) for value in line.split(",")] for line in lines[1:]])
+    clearance = planned.airspace.clearance(rows[:, 1:4])
+    row = 50 + int(clearance[50:-50].argmin())  # nearest to something solid
+    towards = planned.scene.cloud.xyz - rows[row, 1:4]
+    towards = towards[np.linalg.norm(towards, axis=1).argmin()]
+    fields = lines[row + 1].split(",")
+    fields[1:4] = [f"{value:.4f}" for value in rows[row, 1:4] + 0.05 * towards]
+    table.write_text("\n".join([*lines[: row + 1], ",".join(fields), *lines[row + 2 :]]) + "\n")
+    problems = check_folder(folder).problems
+    assert any("is not what path.json gives" in problem for problem in problems)
+    close = [problem for problem in problems if "straight line to it comes within" in problem]
+    assert any(f"path.csv: line {line}:" in close[0] for line in (row + 2, row + 3))
+
+
+def test_deleted_rows_between_which_a_straight_line_cuts_a_corner_are_found(folder, planned):
+    table = folder / "path.csv"
+    lines = lines_of(table)
+    rows = np.array([[float(value) for value in line.split(",")] for line in lines[1:]])
+    share = np.linspace(0.0, 1.0, 60)[:, None]
+    for row in range(0, len(rows) - 150, 10):  # a line that cuts through something
+        line = (1 - share) * rows[row, 1:4] + share * rows[row + 150, 1:4]
+        if planned.airspace.clearance(line).min() < 0.8 * planned.scale.d_min:
+            break
+    table.write_text("\n".join([*lines[: row + 2], *lines[row + 151 :]]) + "\n")
+    problems = check_folder(folder).problems
+    assert any(f"path.csv: line {row + 3}: the straight line to it" in item for item in problems)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.99])
