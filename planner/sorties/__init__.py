@@ -1,0 +1,1 @@
+"""Flights from take-off to landing that a battery can last for."""
