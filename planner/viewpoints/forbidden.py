@@ -1,12 +1,15 @@
-"""Which samples only zones keep from being photographed."""
+"""What keeps samples from being photographed."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.airspace.airspace import Airspace
 from planner.geometry.arrays import Bools, Floats, Ints
 from planner.surface.samples import SurfaceSamples
+from planner.viewpoints.pairs import VisiblePairs, visible_pairs
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.sight import SightRule
 
@@ -14,6 +17,44 @@ _TILTS = (0.0, 0.35, 0.7, 0.95)  # of the largest incidence
 _TURNS = 12
 _REACHES = (0.05, 0.5, 0.95)  # between the closest and the farthest distance
 _BLOCK = 2_000  # samples probed together
+
+
+def hindrances(
+    pairs: VisiblePairs,
+    positions: Floats,
+    samples: SurfaceSamples,
+    caster: RayCaster,
+    rule: SightRule,
+) -> NDArray[np.int32]:
+    """Where the samples that no position sees are lost, by rays that ignore gimbal and GSD.
+
+    Parameters
+    ----------
+    pairs
+        What the positions see under the rule.
+    positions, samples, caster, rule
+        What it was made of.
+
+    Returns
+    -------
+    stages
+        From how many positions each sample is within range and incidence; unoccluded as well;
+        within the gimbal's range as well; and within the GSD as well, shape (4, S). The two in
+        the middle are counted only for samples that no position sees; others have the last.
+
+    """
+    stages = np.repeat(pairs.stages[3:], 4, axis=0)
+    stages[0] = pairs.stages[0]
+    rows = np.flatnonzero((stages[3] == 0) & (stages[0] > 0))
+    if len(rows):
+        lost = SurfaceSamples(
+            samples.xyz[rows], samples.normals[rows], samples.cluster[rows], samples.radius
+        )
+        tilted = replace(rule, reach=math.inf)
+        free = replace(tilted, low=-0.5 * math.pi, high=0.5 * math.pi)
+        for stage, wider in ((1, free), (2, tilted)):
+            stages[stage, rows] = visible_pairs(positions, lost, caster, wider).available
+    return stages
 
 
 def kept_out(

@@ -38,6 +38,7 @@ def explain(
     stages: NDArray[np.int32],
     *,
     low: Bools | None = None,
+    alike: Bools | None = None,
     zoned: Bools | None = None,
 ) -> Bytes:
     """Say of each sample whether it is covered, and if not, what stands in the way first.
@@ -49,10 +50,12 @@ def explain(
     demand
         What was wanted.
     stages
-        From how many free positions each sample is within range and incidence, within the
-        gimbal's range as well, within the GSD as well, and unoccluded, shape (4, S).
+        From how many free positions each sample is within range and incidence, unoccluded as
+        well, within the gimbal's range as well, and within the GSD as well, shape (4, S).
     low
         Which samples have a reconstructability below what was wanted, shape (S,).
+    alike
+        Which of those would have enough if their rays met at better angles, shape (S,).
     zoned
         Which samples would be seen but for a zone, the ceiling or the geofence, shape (S,);
         read only where no free position sees the sample.
@@ -61,30 +64,31 @@ def explain(
     -------
     codes
         A :class:`Reason` each, shape (S,): the first of these stages that no position
-        passes; else ``TOO_FEW_VIEWS``, or ``PARALLAX`` where only the sectors are lacking.
-        Too low a reconstructability is for lack of views where there are sectors enough.
+        passes; else ``TOO_FEW_VIEWS``, or ``PARALLAX`` where there are views enough but their
+        directions are too few or too much alike.
 
     """
-    facing, tilted, sharp, visible = stages
+    facing, clear, tilted, sharp = stages
+    none = np.zeros(len(hits), dtype=np.bool_)
+    low = none if low is None else low
+    alike = none if alike is None else alike
     enough = sectors >= demand.sectors
-    low = np.zeros(len(hits), dtype=np.bool_) if low is None else low
-    zoned = np.zeros(len(hits), dtype=np.bool_) if zoned is None else zoned
     conditions = [
         (hits >= demand.hits) & enough & ~low,
-        (visible == 0) & zoned,
+        (sharp == 0) & (none if zoned is None else zoned),
         facing == 0,
+        clear == 0,
         tilted == 0,
         sharp == 0,
-        visible == 0,
-        (hits < demand.hits) | enough,
+        (hits < demand.hits) | (enough & ~alike),
     ]
     codes = [
         Reason.COVERED,
         Reason.ZONE,
         Reason.NO_FREE_POSITION,
+        Reason.OCCLUDED,
         Reason.GIMBAL,
         Reason.GSD,
-        Reason.OCCLUDED,
         Reason.TOO_FEW_VIEWS,
     ]
     return np.select(conditions, codes, default=Reason.PARALLAX).astype(np.uint8)

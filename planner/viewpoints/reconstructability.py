@@ -1,6 +1,7 @@
 """What pairs of photos can triangulate: the field's benchmark heuristic, exactly."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,8 +30,21 @@ def parallax_weight(angle: ArrayLike) -> Floats:
     return np.asarray(parallax * alike)
 
 
+def best_weight(angle: ArrayLike) -> Floats:
+    """Highest worth of any angle, whatever the angles are, same shape; at about 20 degrees."""
+    peak = parallax_weight(np.radians(np.linspace(15.0, 25.0, 101))).max()
+    return np.full(np.shape(angle), peak)
+
+
 def pair_sums(
-    sample: Ints, rays: Floats, distance: Floats, cosine: Floats, *, size: int, reference: float
+    sample: Ints,
+    rays: Floats,
+    distance: Floats,
+    cosine: Floats,
+    *,
+    size: int,
+    reference: float,
+    weight: Callable[[Floats], Floats] = parallax_weight,
 ) -> Floats:
     r"""Sum :math:`h(s) = \sum_{i<j} w_1 w_2 w_3 c` of each sample over pairs of its views.
 
@@ -46,6 +60,8 @@ def pair_sums(
         Number of samples.
     reference
         Distance at which :math:`w_2 = \max(0, 1 - \max(l_i, l_j) / d_{ref})` vanishes, metres.
+    weight
+        Worth of the angle between two rays, in place of :math:`w_1 w_3`.
 
     Returns
     -------
@@ -61,10 +77,10 @@ def pair_sums(
         first = np.flatnonzero(sample[apart:] == sample[:-apart])
         second = first + apart
         dot = np.einsum("ij,ij->i", rays[first], rays[second])
-        weight = parallax_weight(np.arccos(dot.clip(-1.0, 1.0)))
+        useful = weight(np.arccos(dot.clip(-1.0, 1.0)))
         near = 1.0 - np.maximum(distance[first], distance[second]) / reference
         facing = np.minimum(cosine[first], cosine[second])
-        worth = weight * near.clip(0.0) * facing.clip(0.0)
+        worth = useful * near.clip(0.0) * facing.clip(0.0)
         total += np.bincount(sample[first], worth, minlength=size)
     return total
 
@@ -76,6 +92,7 @@ def reconstructability(
     camera: Camera,
     *,
     reference: float,
+    weight: Callable[[Floats], Floats] = parallax_weight,
 ) -> Floats:
     """Reconstructability of each sample under a set of viewpoints, by fresh rays.
 
@@ -85,6 +102,8 @@ def reconstructability(
         The photos, what they should show, what may be in the way, and the field of view.
     reference
         Reference distance, metres: twice the distance that just meets the wanted GSD.
+    weight
+        As in :func:`pair_sums`.
 
     Returns
     -------
@@ -101,4 +120,6 @@ def reconstructability(
     distance = np.linalg.norm(rays, axis=1)
     rays /= distance[:, None]
     cosine = np.einsum("ij,ij->i", rays, samples.normals[sample])
-    return pair_sums(sample, rays, distance, cosine, size=len(samples), reference=reference)
+    return pair_sums(
+        *(sample, rays, distance, cosine), size=len(samples), reference=reference, weight=weight
+    )

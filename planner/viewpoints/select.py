@@ -16,7 +16,7 @@ from planner.viewpoints.candidates import Candidates
 from planner.viewpoints.completion import complete_cover
 from planner.viewpoints.cover import cover_candidates, photo_prices
 from planner.viewpoints.demand import Demand, even_demand, sharp_demand, view_demand
-from planner.viewpoints.forbidden import kept_out
+from planner.viewpoints.forbidden import hindrances, kept_out
 from planner.viewpoints.graph import LinkRule
 from planner.viewpoints.pairs import visible_pairs
 from planner.viewpoints.pairwise import choose_by_pairs
@@ -91,7 +91,8 @@ def select_viewpoints(
     if airspace is not None:
         unseen = np.flatnonzero(pairs.available == 0)
         zoned = kept_out(samples, unseen, caster, rule, airspace)
-    wish = Wish(demand, reachable, pairs.stages, binding=covers, zoned=zoned)
+    stages = hindrances(pairs, positions, samples, caster, rule)
+    wish = Wish(demand, reachable, stages, binding=covers, zoned=zoned)
     results: tuple[Result[Ints], ...] = ()
     if covers:
         candidates = cover_candidates(

@@ -15,7 +15,7 @@ from planner.viewpoints.demand import Demand
 from planner.viewpoints.graph import LinkRule, ViewGraph, link
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.reasons import REASONS, Reason, explain
-from planner.viewpoints.reconstructability import reconstructability
+from planner.viewpoints.reconstructability import best_weight, reconstructability
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.viewpoints import Viewpoints
 from planner.viewpoints.visibility import Coverage, count_views
@@ -33,8 +33,8 @@ class Wish:
     reachable
         As much of that as all free positions together can give.
     stages
-        From how many free positions each sample is within range and incidence, within the
-        gimbal's range as well, within the GSD as well, and unoccluded, shape (4, S).
+        From how many free positions each sample is within range and incidence, unoccluded as
+        well, within the gimbal's range as well, and within the GSD as well, shape (4, S).
     binding
         Whether missing what is reachable makes the plan a partial one.
     pairs
@@ -143,8 +143,19 @@ def assess(
     reference = 2.0 * rule.reach  # worth nothing at twice the distance that just meets the GSD
     graph = link(viewpoints, samples, caster, camera, reference=reference, links=links)
     h = reconstructability(viewpoints, samples, caster, camera, reference=reference)
-    low = np.zeros(len(h), np.bool_) if wish.pairs is None else h < wish.pairs.target
-    reason = explain(seen.hits, seen.sectors, wish.demand, wish.stages, low=low, zoned=wish.zoned)
+    low, alike = np.zeros((2, len(h)), np.bool_)
+    if wish.pairs is not None:
+        low = h < wish.pairs.target
+        best = reconstructability(
+            *(viewpoints, samples, caster, camera), reference=reference, weight=best_weight
+        )
+        alike = low & (best >= wish.pairs.target)
+    reason = explain(
+        *(seen.hits, seen.sectors, wish.demand, wish.stages),
+        low=low,
+        alike=alike,
+        zoned=wish.zoned,
+    )
     findings = (*_unmet(reason, seen, wish), *_unlinked(graph))
     return Selection(viewpoints, seen.hits, seen.sectors, reason, h, wish, graph, results, findings)
 
