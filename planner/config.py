@@ -4,7 +4,7 @@ import json
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -207,9 +207,9 @@ class ViewpointSettings(_Settings):
 class RouteSettings(_Settings):
     """The order of the photos; ``start`` is a viewpoint's local position to begin nearest to.
 
-    ``cost`` is the paper's Eq. 11 or the time of the switch; only the latter reads ``speed``
-    (metres a second), ``turn_rate_deg`` (of yaw and of gimbal, degrees a second) and
-    ``stop_seconds`` (spent at each photo).
+    ``cost`` is the paper's Eq. 11, or the seconds of the switch at the flight's speeds and rates.
+    With ``detours`` a leg whose chord is blocked costs the way around; such legs are found while
+    tours are made, in at most ``rounds`` solutions.
     """
 
     cost: Literal["paper", "seconds"] = "paper"
@@ -217,9 +217,8 @@ class RouteSettings(_Settings):
     iterations: int | None = Field(default=None, ge=1)
     start: tuple[float, float, float] | None = None
     closed: bool = False
-    speed: float = Field(default=4.0, gt=0.0)
-    turn_rate_deg: float = Field(default=60.0, gt=0.0)
-    stop_seconds: float = Field(default=1.0, ge=0.0)
+    detours: bool = True
+    rounds: int = Field(default=50, ge=1)
 
 
 class FlightSettings(_Settings):
@@ -251,6 +250,28 @@ class FlightSettings(_Settings):
     blur_px: float = Field(default=0.5, gt=0.0)
 
 
+class SortieSettings(_Settings):
+    """Flights from take-off to landing; without ``stations`` the plan is one flight.
+
+    ``stations`` are places of take-off and landing: local x and y, and z where that is not the
+    ground. A sortie lasts at most ``endurance_seconds`` less the share ``reserve``, has at most
+    ``most_waypoints``, climbs and descends at ``climb_speed`` (metres a second), and costs
+    ``turnaround_seconds`` on the ground. ``method`` cuts the tour (``split``), searches other
+    orders (``routing``, which looks at ``iterations`` solutions), or takes the better. With
+    ``connected`` a sortie whose photos do not hang together takes some of other sorties as well.
+    """
+
+    stations: tuple[Annotated[tuple[float, ...], Field(min_length=2, max_length=3)], ...] = ()
+    endurance_seconds: float = Field(default=1500.0, gt=0.0)
+    reserve: float = Field(default=0.25, ge=0.0, lt=1.0)
+    most_waypoints: int | None = Field(default=None, ge=1)
+    climb_speed: float = Field(default=2.0, ge=0.01)
+    turnaround_seconds: float = Field(default=120.0, ge=0.0)
+    method: Literal["best", "split", "routing"] = "best"
+    iterations: int | None = Field(default=None, ge=1)
+    connected: bool = True
+
+
 class Config(_Settings):
     """Everything that shapes a plan; the same config, seed and source give the same plan."""
 
@@ -264,6 +285,7 @@ class Config(_Settings):
     viewpoints: ViewpointSettings = ViewpointSettings()
     route: RouteSettings = RouteSettings()
     flight: FlightSettings = FlightSettings()
+    sorties: SortieSettings = SortieSettings()
 
     def to_toml(self) -> str:
         """Every setting as TOML; settings that are ``None`` are left out (they are derived)."""

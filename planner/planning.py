@@ -21,7 +21,9 @@ from planner.flight.sampling import sample_path
 from planner.flight.timing import Timeline, fly_in_time
 from planner.geometry.arrays import Floats
 from planner.missions.written import WrittenPlan, load_plan
+from planner.route.cost import Pace
 from planner.route.order import Route, order_viewpoints
+from planner.route.ways import FreeWays
 from planner.scale import Scale, derive_scale
 from planner.scene.load import load_scene
 from planner.scene.scene import Scene
@@ -183,7 +185,7 @@ def plan(
         flight=tried.flight,
         timeline=timeline,
         rows=rows,
-        findings=(*tried.selection.findings, *tried.flight.findings),
+        findings=(*tried.selection.findings, *tried.apart, *tried.flight.findings),
         timing=clock.seconds,
     )
 
@@ -305,6 +307,11 @@ class _Attempt:
         return len(self.chosen) - len(self.flight.kept)
 
     @property
+    def apart(self) -> tuple[Finding, ...]:
+        """Which parts of space are separate, if that cost viewpoints."""
+        return self.route.findings if self.dropped else ()
+
+    @property
     def covered(self) -> int:
         """Number of samples that the flown photos cover."""
         return self.selection.reason_counts()["covered"]
@@ -334,10 +341,17 @@ def _attempt(
         prior.need(len(selection.viewpoints), "no free position sees any of the surface")
         with clock.stage("route"):
             chosen = selection.viewpoints.rounded()
-            box = prior.scene.box
-            route = order_viewpoints(chosen, settings=config.route, box=box, seed=config.seed)
+            ways = FreeWays(prior.airspace, margin=config.flight.margin)
+            route = order_viewpoints(
+                chosen,
+                settings=config.route,
+                box=prior.scene.box,
+                seed=config.seed,
+                pace=Pace.of(config.flight),
+                ways=ways,
+            )
             chosen = chosen.take(route.order)
-            clock.tell(f"length {route.length:.0f} m, switching cost {route.cost:.3f}")
+            clock.tell(f"length {route.way_length:.0f} m, switching cost {route.cost:.3f}")
         with clock.stage("flight"):
             flight = plan_flight(
                 chosen,
@@ -345,6 +359,7 @@ def _attempt(
                 settings=config.flight,
                 closed=config.route.closed,
                 seed=config.seed,
+                ways=ways,
             )
             prior.need(len(flight.kept), "no photo can be flown to safely")
             clock.tell(f"{len(flight.path)} certified pieces, {len(flight.repaired)} legs repaired")

@@ -1,4 +1,4 @@
-"""A second opinion on clearance that shares no code with the planner's own.
+"""A second opinion on clearance that shares no code with the one that proves flights.
 
 Distances to triangles come from a tree of boxes and a closed formula instead of FCL, the side
 from a lattice of those distances instead of marked cells, and raw points from a k-d tree.

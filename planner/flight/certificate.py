@@ -18,10 +18,10 @@ piece at once. Parts still open at the last depth are refused: the proof fails c
 """
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
+from planner.airspace.space import Space
 from planner.geometry import bezier
 from planner.geometry.arrays import Bools, Floats, Ints
 
@@ -30,30 +30,6 @@ DEPTH = 11
 
 TOLERANCE = 0.04
 """Wanted tightness of the proven bound, as a share of the wanted distance."""
-
-
-class Space(Protocol):
-    """What flight needs to know of an airspace."""
-
-    @property
-    def d_min(self) -> float:
-        """Wanted distance to solids, metres."""
-
-    @property
-    def bounds(self) -> tuple[Floats, Floats]:
-        """Lowest and highest corner of the space that is considered, each (3,)."""
-
-    def clearance(self, points: Floats) -> Floats:
-        """Signed distance to solids, shape (m,), metres, exact outside."""
-
-    def zone_margin(self, points: Floats) -> Floats:
-        """Signed distance to zones, shape (m,), metres, infinite without any."""
-
-    def capsule_clearance_at_least(self, a: Floats, b: Floats, radius: float) -> bool:
-        """Whether no solid lies within ``radius`` of the segment, exact."""
-
-    def zone_margin_at_least(self, a: Floats, b: Floats, margin: float) -> bool:
-        """Whether the zone margin along the whole segment is proven to be so much."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

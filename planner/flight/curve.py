@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner.airspace.space import Space
 from planner.config import FlightSettings
-from planner.flight.certificate import Space, prove
+from planner.flight.certificate import prove
 from planner.flight.path import CONTROL_DECIMALS, end_tangents
 from planner.flight.rounding import SHRINK, smooth_way
 from planner.flight.smooth import arcs, tangents, turned_along

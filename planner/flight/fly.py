@@ -5,14 +5,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.airspace.space import Space
 from planner.config import FlightSettings
 from planner.findings import Finding
-from planner.flight.certificate import Space
 from planner.flight.curve import Leg
 from planner.flight.legs import Legs, Pair
 from planner.flight.path import JOINT_DECIMALS, FlightPath
 from planner.flight.reach import largest_group, unbroken_runs
 from planner.geometry.arrays import Floats, Ints, read_only
+from planner.route.ways import FreeWays
 from planner.viewpoints.viewpoints import Viewpoints
 
 if TYPE_CHECKING:
@@ -63,14 +64,15 @@ def plan_flight(
     settings: FlightSettings = FlightSettings(),  # noqa: B008 - an immutable value
     closed: bool = False,
     seed: int = 0,
+    ways: FreeWays | None = None,
 ) -> Flight:
     """Fly through the viewpoints in their order, along a curve proven to keep its distance.
 
     A leg whose chord is free becomes one Bezier piece, with handles as long as the proof allows.
-    A leg whose chord is blocked is led around by a motion solver, rounded and proven; failing
-    that it is flown along proven straight edges. Viewpoints that are not free themselves, or
-    that no safe way joins to the largest group of the others, are dropped with a finding each,
-    and the order is closed up.
+    A leg whose chord is blocked is led around by a motion solver that starts from the roadmap's
+    way, rounded and proven; failing that it is flown along proven straight edges. Viewpoints that
+    are not free themselves, or that no safe way joins to the largest group of the others, are
+    dropped with a finding each, and the order is closed up.
 
     Parameters
     ----------
@@ -84,6 +86,8 @@ def plan_flight(
         Whether to return to the first viewpoint.
     seed
         Root of the motion solver's chance.
+    ways
+        Free ways in this airspace with this margin, if some are known already.
 
     Returns
     -------
@@ -92,7 +96,8 @@ def plan_flight(
 
     """
     spots = np.round(viewpoints.positions, JOINT_DECIMALS) + 0.0
-    legs = Legs(spots, airspace, settings, seed)
+    known = FreeWays(airspace, margin=settings.margin) if ways is None else ways
+    legs = Legs(spots, airspace, settings, seed, known)
     rows, findings = _free_rows(spots, airspace, settings.margin)
     while True:  # each round but the last drops a viewpoint or leaves the tour open
         ring = closed and len(rows) > 1

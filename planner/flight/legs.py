@@ -4,13 +4,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.airspace.space import Space
 from planner.config import FlightSettings
-from planner.flight.certificate import Space, prove
+from planner.flight.certificate import prove
 from planner.flight.curve import Fitter, Leg
 from planner.flight.path import CONTROL_DECIMALS
 from planner.flight.repair import find_way
 from planner.geometry import bezier
 from planner.geometry.arrays import Floats
+from planner.route.ways import FreeWays
 
 if TYPE_CHECKING:
     from solvers.result import Result
@@ -32,6 +34,8 @@ class Legs:
         Handles, margin, solver.
     seed
         Root of the motion solver's chance.
+    free_ways
+        Where the motion solver starts.
 
     Attributes
     ----------
@@ -40,7 +44,15 @@ class Legs:
 
     """
 
-    def __init__(self, spots: Floats, airspace: Space, settings: FlightSettings, seed: int) -> None:
+    def __init__(
+        self,
+        spots: Floats,
+        airspace: Space,
+        settings: FlightSettings,
+        seed: int,
+        free_ways: FreeWays,
+    ) -> None:
+        self._free_ways = free_ways
         self._spots, self._airspace, self._settings, self._seed = spots, airspace, settings, seed
         self.results: list[Result[Floats]] = []
         self._free: dict[Pair, bool] = {}
@@ -95,12 +107,14 @@ class Legs:
         if self._free[pair]:
             return self._spots[list(pair)]
         if pair not in self._ways:
+            start, end = self._spots[pair[0]], self._spots[pair[1]]
             way = find_way(
-                self._spots[pair[0]],
-                self._spots[pair[1]],
+                start,
+                end,
                 self._airspace,
                 settings=self._settings,
                 seed=self._seed,
+                guess=self._free_ways.between(start, end),
             )
             self.results += way.results
             self._ways[pair] = way.points

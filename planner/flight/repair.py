@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.airspace.space import Space
 from planner.config import FlightSettings
-from planner.flight.certificate import Space
 from planner.flight.path import JOINT_DECIMALS
 from planner.geometry.arrays import Floats
+from planner.route.ways import FreeWay
 
 if TYPE_CHECKING:
     from solvers.result import Result
@@ -44,12 +45,15 @@ def find_way(
     *,
     settings: FlightSettings,
     seed: int,
+    guess: FreeWay | None = None,
 ) -> Way:
     """Search for a polyline that keeps its distance, by a motion solver with exact edge checks.
 
     A box around the two places is searched first, as ways are shorter there, then all of the
-    space. The dice depend on the two places and the seed alone, and the way back is the way
-    there: so neither the order of the legs nor what else is flown changes the result.
+    space. A way that is known is where the solver starts: it may shorten it or find another one
+    nearby, but never answers with a longer one. The dice depend on the two places and the seed
+    alone, and the way back is the way there: so neither the order of the legs nor what else is
+    flown changes the result.
 
     Parameters
     ----------
@@ -61,6 +65,8 @@ def find_way(
         Margin, name of the solver and its number of validity checks.
     seed
         Root of all chance.
+    guess
+        What the roadmap knows. If that is that there is no way, only the box is searched.
 
     Returns
     -------
@@ -70,7 +76,18 @@ def find_way(
     """
     swapped = tuple(end) < tuple(start)
     first, last = (end, start) if swapped else (start, end)
-    results = _search(first, last, airspace, settings, _seed(first, last, seed))
+    known = guess.points if guess is not None else None
+    if known is not None and swapped:
+        known = known[::-1]
+    results = _search(
+        first,
+        last,
+        airspace,
+        settings,
+        _seed(first, last, seed),
+        known=known,
+        apart=guess is not None and guess.apart,
+    )
     points = results[-1].solution
     if points is not None and swapped:
         points = points[::-1]
@@ -78,14 +95,22 @@ def find_way(
 
 
 def _search(
-    first: Floats, last: Floats, airspace: Space, settings: FlightSettings, seed: int
+    first: Floats,
+    last: Floats,
+    airspace: Space,
+    settings: FlightSettings,
+    seed: int,
+    *,
+    known: Floats | None,
+    apart: bool,
 ) -> "list[Result[Floats]]":
     """Results of the searches nearby and, if there is no way, everywhere."""
     from solvers import Stop, solve
     from solvers.motion import MotionProblem
 
     required, margin = airspace.d_min + settings.margin, settings.margin
-    ends = np.stack([np.minimum(first, last), np.maximum(first, last)])
+    around = np.stack([first, last]) if known is None else known
+    ends = np.stack([around.min(axis=0), around.max(axis=0)])
     pad = max(NEARBY * float(np.linalg.norm(last - first)), 6.0 * required)
     low, high = np.minimum(airspace.bounds[0], ends[0]), np.maximum(airspace.bounds[1], ends[1])
     near = np.stack([np.maximum(low, ends[0] - pad), np.minimum(high, ends[1] + pad)])
@@ -100,8 +125,9 @@ def _search(
             lambda a, b: edge_is_free(a, b, airspace, required, margin),
             step=required,
         )
-        results.append(solve(problem, settings.solver, seed=seed, stop=Stop(iterations=checks)))
-        if results[-1].solution is not None:
+        stop = Stop(iterations=checks)
+        results.append(solve(problem, settings.solver, seed=seed, stop=stop, initial=known))
+        if results[-1].solution is not None or apart:
             break
     return results
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from planner.airspace.space import Space
 from planner.config import FlightSettings
-from planner.flight.certificate import Certificate, Space, prove
+from planner.flight.certificate import Certificate, prove
 from planner.flight.path import CONTROL_DECIMALS, JOINT_DECIMALS
 from planner.flight.smooth import corner, departure, polyline
 from planner.geometry.arrays import Floats

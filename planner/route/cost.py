@@ -1,33 +1,42 @@
 """What it costs to go from one viewpoint to another (paper section 3.4, Eqs. 9 to 11)."""
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 
+from planner.config import FlightSettings
 from planner.geometry.arrays import Floats
 
 
-def translation_cost(positions: Floats) -> Floats:
+def translation_cost(positions: Floats, lengths: Floats | None = None) -> Floats:
     """Distance between viewpoints, scaled to [0, 1] over all pairs (Eq. 9).
 
     Parameters
     ----------
     positions
         Shape (V, 3), metres.
+    lengths
+        Lengths of the ways that are flown, shape (V, V), metres, none less than the distance;
+        by default the distances. The scale stays that of the distances, so that a cost grows
+        with its own length alone.
 
     Returns
     -------
     cost
-        Shape (V, V), in [0, 1]; 0 on the diagonal, which is no pair, and everywhere if all
-        distances are equal (as printed, Eq. 9 would divide by zero).
+        Shape (V, V), from 0, in [0, 1] where ways are straight; 0 on the diagonal, which is no
+        pair, and everywhere if all distances are equal (as printed, Eq. 9 would divide by zero).
 
     """
     b = distances(positions)
+    ways = b if lengths is None else lengths
     pair = ~np.eye(len(b), dtype=np.bool_)
     if not pair.any():
         return np.zeros_like(b)
     b_min, b_max = b[pair].min(), b[pair].max()
     if b_max == b_min:
         return np.zeros_like(b)
-    return np.where(pair, (b - b_min) / (b_max - b_min), 0.0)  # Eq. 9
+    return np.where(pair, (ways - b_min) / (b_max - b_min), 0.0)  # Eq. 9
 
 
 def rotation_cost(directions: Floats) -> Floats:
@@ -50,7 +59,7 @@ def rotation_cost(directions: Floats) -> Floats:
     return np.asarray(0.5 * (c + c.T))  # a product of matrices may differ in the last bit
 
 
-def switching_cost(positions: Floats, directions: Floats) -> Floats:
+def switching_cost(positions: Floats, directions: Floats, lengths: Floats | None = None) -> Floats:
     """Mean of translation and rotation cost (Eq. 11).
 
     Parameters
@@ -59,14 +68,68 @@ def switching_cost(positions: Floats, directions: Floats) -> Floats:
         Shape (V, 3), metres.
     directions
         View directions, shape (V, 3).
+    lengths
+        As :func:`translation_cost` takes them.
 
     Returns
     -------
     cost
-        Shape (V, V), symmetric, in [0, 1]; 0 on the diagonal.
+        Shape (V, V), symmetric, in [0, 1] where ways are straight; 0 on the diagonal.
 
     """
-    return 0.5 * translation_cost(positions) + 0.5 * rotation_cost(directions)  # Eq. 11
+    return 0.5 * translation_cost(positions, lengths) + 0.5 * rotation_cost(directions)  # Eq. 11
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """How fast the aircraft and its camera go from one photo to the next.
+
+    Parameters
+    ----------
+    speed
+        Metres a second.
+    acceleration
+        From rest and to rest, metres a second squared; infinite if photos are flown through.
+    yaw_rate_deg, gimbal_rate_deg
+        Degrees a second of yaw and of pitch.
+    rest
+        Seconds spent at each photo beside that, at least 0.
+
+    Raises
+    ------
+    ValueError
+        If a rate is not positive or the rest is negative.
+
+    """
+
+    speed: float = 4.0
+    acceleration: float = 2.0
+    yaw_rate_deg: float = 60.0
+    gimbal_rate_deg: float = 60.0
+    rest: float = 1.0
+
+    def __post_init__(self) -> None:
+        rates = self.speed, self.acceleration, self.yaw_rate_deg, self.gimbal_rate_deg
+        if not (min(rates) > 0.0 and self.rest >= 0.0):
+            raise ValueError(f"need positive rates and rest >= 0, got {rates} and {self.rest}.")
+
+    @classmethod
+    def of(cls, settings: FlightSettings) -> "Pace":
+        """Pace of the flight that these settings describe."""
+        stop = settings.shoot == "stop"
+        return cls(
+            settings.speed,
+            settings.acceleration if stop else math.inf,
+            settings.yaw_rate_deg,
+            settings.gimbal_rate_deg,
+            settings.settle_seconds if stop else 2.0 * settings.hold_seconds,
+        )
+
+    def flying(self, metres: Floats) -> Floats:
+        """Seconds from rest to rest over such lengths: a trapezoid of speed, or a triangle."""
+        ramps = self.speed**2 / self.acceleration  # of speeding up and braking together, metres
+        cruising = metres / self.speed + self.speed / self.acceleration
+        return np.where(metres >= ramps, cruising, 2.0 * np.sqrt(metres / self.acceleration))
 
 
 def switching_seconds(
@@ -74,14 +137,13 @@ def switching_seconds(
     yaw_deg: Floats,
     pitch_deg: Floats,
     *,
-    speed: float,
-    turn_rate_deg: float,
-    stop_seconds: float,
+    pace: Pace,
+    lengths: Floats | None = None,
 ) -> Floats:
-    """Time of the switch: flying and turning at once, then the stop for the photo.
+    """Time of the switch: flying and turning at once, then the rest at the photo.
 
-    The larger of distance over speed and turn over rate, plus the stop. The turn is the larger
-    of the change of yaw, on the circle, and of pitch, as aircraft and gimbal turn together.
+    The longest of the flight, the change of yaw on the circle, and the change of pitch, as
+    aircraft and gimbal turn while it flies; plus the rest.
 
     Parameters
     ----------
@@ -89,34 +151,24 @@ def switching_seconds(
         Shape (V, 3), metres.
     yaw_deg, pitch_deg
         Shape (V,), degrees.
-    speed
-        Metres a second, positive.
-    turn_rate_deg
-        Degrees a second, positive.
-    stop_seconds
-        Seconds at each photo, at least 0.
+    pace
+        Speed, acceleration and rates.
+    lengths
+        Lengths of the ways that are flown, shape (V, V), metres; by default the distances.
 
     Returns
     -------
     seconds
         Shape (V, V), symmetric; 0 on the diagonal.
 
-    Raises
-    ------
-    ValueError
-        If a rate is not positive or the stop is negative.
-
     """
-    if not (speed > 0.0 and turn_rate_deg > 0.0 and stop_seconds >= 0.0):
-        raise ValueError(
-            "need speed > 0, turn_rate_deg > 0 and stop_seconds >= 0, got "
-            f"{speed}, {turn_rate_deg} and {stop_seconds}."
-        )
     around = np.abs(yaw_deg[:, None] - yaw_deg[None, :]) % 360.0
     yaw = np.minimum(around, 360.0 - around)  # unlike a signed difference, exactly symmetric
     pitch = np.abs(pitch_deg[:, None] - pitch_deg[None, :])
-    moving = np.maximum(distances(positions) / speed, np.maximum(yaw, pitch) / turn_rate_deg)
-    return np.where(np.eye(len(moving), dtype=np.bool_), 0.0, moving + stop_seconds)
+    turning = np.maximum(yaw / pace.yaw_rate_deg, pitch / pace.gimbal_rate_deg)
+    flying = pace.flying(distances(positions) if lengths is None else lengths)
+    moving = np.maximum(flying, turning)
+    return np.where(np.eye(len(moving), dtype=np.bool_), 0.0, moving + pace.rest)
 
 
 def distances(positions: Floats) -> Floats:

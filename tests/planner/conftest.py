@@ -27,6 +27,10 @@ class Solids:
             near = np.minimum(near, np.linalg.norm(points - centre, axis=1) - radius)
         return near if self.ground is None else np.minimum(near, points[:, 2] - self.ground)
 
+    def clearance_range(self, points):
+        clearance = self.clearance(points)
+        return clearance, clearance
+
     def zone_margin(self, points):
         return self.ceiling - np.asarray(points)[:, 2]
 

@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.config import RouteSettings
+from planner.config import FlightSettings, RouteSettings
 from planner.geometry.angles import direction
 from planner.route.cost import (
+    Pace,
     rotation_cost,
     switching_cost,
     switching_seconds,
@@ -77,8 +78,9 @@ def test_costs_are_symmetric_shares_with_an_empty_diagonal(count, seed):
 @pytest.mark.parametrize(
     ("there", "yaw", "pitch", "expected"),
     [
-        ([8, 0, 0], 0, 0, 2.0 + 1.0),  # 8 m at 4 m/s
-        ([8, 0, 0], 150, 0, 2.5 + 1.0),  # 150 degrees at 60 a second take longer
+        ([20, 0, 0], 0, 0, 2.0 + 3.0 + 2.0 + 1.0),  # 4 m to 4 m/s at 2 m/s2, 12 m of it, 4 m to 0
+        ([2, 0, 0], 0, 0, 1.0 + 1.0 + 1.0),  # never as fast as that
+        ([2, 0, 0], 150, 0, 2.5 + 1.0),  # 150 degrees at 60 a second take longer
         ([0, 0, 0], -170, 0, 20 / 60 + 1.0),  # from 170 over the back to -170
         ([0, 0, 0], 170, -90, 1.5 + 1.0),  # the gimbal alone
     ],
@@ -89,23 +91,22 @@ def test_seconds_are_the_longer_of_flying_and_turning_plus_the_stop(there, yaw, 
         np.array([[0, 0, 0], there], dtype=float),
         np.array([first, yaw], dtype=float),
         np.array([0.0, pitch]),
-        speed=4.0,
-        turn_rate_deg=60.0,
-        stop_seconds=1.0,
+        pace=Pace(),
     )
     np.testing.assert_allclose(cost, [[0, expected], [expected, 0]])
 
 
-def test_rates_that_are_not_positive_are_refused():
-    with pytest.raises(ValueError, match="speed"):
-        switching_seconds(
-            np.zeros((1, 3)),
-            np.zeros(1),
-            np.zeros(1),
-            speed=0.0,
-            turn_rate_deg=60.0,
-            stop_seconds=1.0,
-        )
+def test_a_pace_follows_the_flight_settings():
+    stop = FlightSettings(speed=3.0, yaw_rate_deg=40.0, settle_seconds=0.5)
+    assert Pace.of(stop) == Pace(3.0, 2.0, 40.0, 60.0, 0.5)
+    through = Pace.of(FlightSettings(speed=3.0, shoot="through", hold_seconds=0.2))
+    np.testing.assert_allclose(through.flying(np.array([0.0, 6.0])) + through.rest, [0.4, 2.4])
+
+
+@pytest.mark.parametrize("change", [{"speed": 0.0}, {"gimbal_rate_deg": -1.0}, {"rest": -1.0}])
+def test_rates_that_are_not_positive_are_refused(change):
+    with pytest.raises(ValueError, match="rates"):
+        Pace(**change)
 
 
 @pytest.mark.parametrize("cost", ["paper", "seconds"])
@@ -125,9 +126,7 @@ def test_the_order_is_a_permutation_close_to_the_best_of_all(cost, closed, seed)
             views.positions,
             views.yaw_deg,
             views.pitch_deg,
-            speed=4.0,
-            turn_rate_deg=60.0,
-            stop_seconds=1.0,
+            pace=Pace(),
         )
     )
 
