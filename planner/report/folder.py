@@ -148,6 +148,7 @@ def _draw(plan: "Plan", draft: Path) -> None:
     reasons = ", ".join(
         f"{name} {count}" for name, count in numbers["viewpoints"]["reasons"].items() if count
     )
+    codes = plan.selection.reason
     draw_overview(
         draft / "overview.png",
         title=f"{plan.scene.name}: {len(plan.viewpoints)} viewpoints, {flown['length']:.0f} m, "
@@ -161,6 +162,11 @@ def _draw(plan: "Plan", draft: Path) -> None:
         viewpoints=plan.viewpoints,
         curve=curve.reshape(-1, 3),
         repaired=np.repeat(path.repaired, CURVE_POINTS),
+        uncovered={
+            name: samples.xyz[codes == code]
+            for code, name in enumerate(plan.selection.reasons)
+            if code and (codes == code).any()
+        },
         caption=f"proven to stay {flown['certified_clearance']:.2f} m from everything solid "
         f"(asked: {plan.scale.d_min:.2f} m); samples: {reasons}",
     )

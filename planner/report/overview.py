@@ -1,6 +1,7 @@
 """One picture of a plan: from the top and from the side."""
 
 import io
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,15 @@ PATH_COLOUR, REPAIRED_COLOUR, VIEW_COLOUR = "#14558f", "#d1007a", "#1b2733"
 START_COLOUR = "#f0a202"
 QUALITY_MAP = "RdYlGn"
 PALE = 0.35  # share of white in the points, so that the path stands out
+REASON_MARKS = {
+    "too-few-views": ("o", "#7a2fb8"),
+    "parallax": ("s", "#0097b2"),
+    "gsd": ("D", "#7b4a12"),
+    "occluded": ("X", "#1b2733"),
+    "no-free-position": ("v", "#6b7680"),
+    "gimbal": ("^", "#2f55d4"),
+    "zone": ("P", "#c4178a"),
+}
 LIGHT = np.array([-0.45, -0.55, 0.70])
 TOP = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 MOST_POINTS = 120_000
@@ -47,9 +57,10 @@ def draw_overview(
     viewpoints: Viewpoints,
     curve: Floats,
     repaired: Bools,
+    uncovered: Mapping[str, Floats],
     caption: str,
 ) -> None:
-    """Draw the scene by quality, the viewpoints with their directions, and the path.
+    """Draw the scene by quality, what is not covered and why, the viewpoints and the path.
 
     Parameters
     ----------
@@ -65,6 +76,8 @@ def draw_overview(
         Viewpoints in visiting order.
     curve, repaired
         Dense points along the flown curve, shape (K, 3), and whether each lies on a repaired leg.
+    uncovered
+        Samples that are not covered by the reason, each of shape (n, 3).
     caption
         Line below the picture.
 
@@ -81,6 +94,7 @@ def draw_overview(
     panels = figure.subplots(1, 2, gridspec_kw={"width_ratios": (1.0, 1.15)})
     for axes, view, name in zip(panels, (TOP, oblique()), ("top", "oblique"), strict=True):
         _points(axes, view, cloud, quality, radius)
+        _uncovered(axes, view, uncovered)
         _flight(axes, view, viewpoints, curve, repaired)
         _frame(axes, np.vstack([cloud.xyz, viewpoints.positions, curve]) @ view.T)
         axes.set_title(f"{name} view", fontsize=11, color=INK)
@@ -89,6 +103,8 @@ def draw_overview(
     panels[1].set_xticks([])
     panels[1].set_yticks([])
     _legend(panels[1], bool(repaired.any()))
+    if uncovered:
+        panels[0].legend(loc="upper right", fontsize=9, framealpha=0.9, title="not covered")
     figure.subplots_adjust(left=0.05, right=0.93, top=0.90, bottom=0.09, wspace=0.05)
     bar = figure.add_axes((0.945, 0.15, 0.012, 0.68))
     scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(0.0, 1.0), QUALITY_MAP)
@@ -121,6 +137,24 @@ def _points(axes: "Axes", view: Floats, cloud: PointCloud, quality: Floats, radi
         linewidths=0.0,
         rasterized=True,
     )
+
+
+def _uncovered(axes: "Axes", view: Floats, uncovered: Mapping[str, Floats]) -> None:
+    """Mark the samples that are not covered, each reason in its own way."""
+    for reason, xyz in uncovered.items():
+        flat = xyz @ view.T
+        marker, colour = REASON_MARKS[reason]
+        axes.scatter(
+            flat[:, 0],
+            flat[:, 1],
+            s=26.0,
+            marker=marker,
+            color=colour,
+            edgecolor=PAPER,
+            linewidths=0.5,
+            zorder=2.5,
+            label=f"{reason} ({len(xyz)})",
+        )
 
 
 def _flight(

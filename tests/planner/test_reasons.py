@@ -7,6 +7,7 @@ import pytest
 
 from planner.config import ViewpointSettings
 from planner.geometry.angles import yaw_pitch
+from planner.report.overview import REASON_MARKS
 from planner.scene.cloud import Mesh
 from planner.surface.samples import ScoredSamples
 from planner.viewpoints.camera import Camera
@@ -188,6 +189,11 @@ def test_every_sample_has_the_reason_that_it_was_made_with(name):
     )
     assert [got.reasons[code] for code in got.reason] == [case.reason] * A_CASE
     assert got.reason_counts()[case.reason] == A_CASE
+
+
+def test_the_overview_has_a_mark_for_every_reason():
+    assert set(REASON_MARKS) == set(REASONS) - {"covered"}
+    assert len(set(REASON_MARKS.values())) == len(REASON_MARKS)
 
 
 def judged(positions, target=4.0):
