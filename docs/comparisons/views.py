@@ -119,11 +119,9 @@ def main() -> None:
     parser.add_argument("--scenes", nargs="+", default=SCENES)
     parser.add_argument("--presets", nargs="+", default=PRESETS, choices=PRESETS)
     parser.add_argument("--views", type=int, default=433, help="of smith, on the benchmark block")
-    parser.add_argument("--share", type=float, help="of the samples, for quick, standard, best")
-    parser.add_argument("--target", type=float, help="reconstructability, for the same")
+    parser.add_argument("--set", nargs="+", default=[], help="for all but the comparators")
     options = parser.parse_args()
-    wish = {"share": options.share, "target": options.target}
-    wish = {name: value for name, value in wish.items() if value is not None}
+    wish = dict(assignment.split("=", 1) for assignment in options.set)
     for name in options.scenes:
         case = trial(load(name, options.folder))
         print(f"\n### {name}\n\n{sizes(case)}\n")
