@@ -20,6 +20,9 @@ NEARBY = 0.3
 GLANCE = 0.1
 """Share of the validity checks that the search of that box may take."""
 
+POLISH = 0.01
+"""Share of the validity checks that looking for a shorter way than a known one may take."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Way:
@@ -115,7 +118,7 @@ def _search(
     low, high = np.minimum(airspace.bounds[0], ends[0]), np.maximum(airspace.bounds[1], ends[1])
     near = np.stack([np.maximum(low, ends[0] - pad), np.minimum(high, ends[1] + pad)])
     results = []
-    glance = max(1, int(GLANCE * settings.iterations))
+    glance = max(1, int((GLANCE if known is None else POLISH) * settings.iterations))
     for box, checks in ((near, glance), (np.stack([low, high]), settings.iterations)):
         problem = MotionProblem(
             first,

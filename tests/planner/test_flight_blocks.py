@@ -11,6 +11,7 @@ from planner.flight.limits import Limits
 from planner.flight.sampling import sample_path
 from planner.flight.timing import fly_in_time
 from planner.route.order import order_viewpoints
+from planner.route.ways import FreeWays
 from planner.scene.synthetic import scene_of, synthetic_block
 from planner.viewpoints.viewpoints import Viewpoints
 
@@ -81,8 +82,9 @@ def fly_block(seed, d_min=2.0):
     scene = scene_of(block)
     airspace = build_airspace(scene, block.mesh, d_min=d_min, d_max=10 * d_min)
     views = free_viewpoints(airspace, seed)
-    route = order_viewpoints(views, settings=RouteSettings(), box=scene.box, seed=seed)
-    flight = plan_flight(views.take(route.order), airspace, seed=seed)
+    ways = FreeWays(airspace, margin=FlightSettings().margin)
+    route = order_viewpoints(views, settings=RouteSettings(), box=scene.box, seed=seed, ways=ways)
+    flight = plan_flight(views.take(route.order), airspace, seed=seed, ways=ways)
 
     rows = sample_path(fly_in_time(flight.path, flight.viewpoints, Limits()), d_min=d_min)
     for points in (curve_points(flight.path.controls), rows[:, 1:4]):
