@@ -122,7 +122,7 @@ def search(
         state.size[2] += 1
         now = state.size[2]
         while state.size[1] == 0:
-            if total < limit - 1e-9 * abs(limit):
+            if total < limit * (1.0 - 1e-9):
                 count = state.size[0]
                 best[:count] = state.picks[:count]
                 limit = 0.0
@@ -138,7 +138,9 @@ def search(
         if j >= 0:
             drop(rows, columns, state, j)
             total -= rows.prices[j]
-        while state.size[1] > 0:
+        for _ in range(len(rows.prices)):  # rivals may oust each other for ever
+            if state.size[1] == 0:
+                break
             need = state.open[int(rng.random() * state.size[1])]
             j = _best_for(rows, columns, state, rivals, per_price, need, found)
             if j < 0:
@@ -148,7 +150,7 @@ def search(
                 ousted = _rivals_of(rivals, state, j, found)
                 for k in range(ousted):
                     price -= rows.prices[found[k]]
-            if total + price >= limit - 1e-9 * abs(limit):
+            if total + price >= limit * (1.0 - 1e-9):
                 break
             for k in range(ousted):
                 drop(rows, columns, state, found[k])
