@@ -194,3 +194,18 @@ def test_every_preset_makes_a_line_of_the_table(page, case):
         assert line.count("|") == columns
         assert line.startswith(f"| {preset} | ")
         assert "nan" not in line
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["lyon_church_vaulx.ply", "3dbag_thehague_block.ply"])
+def test_photos_of_real_places_link_into_one_model_and_hold_on_fresh_samples(
+    page, shared_data, name
+):
+    case = trial(page.load(name, shared_data / "scenes" / "meshes"))
+    chosen = page.choose(case.place, {**page.PRESETS["quick"], "iterations": 20})
+    got = measure_views(case, chosen, seconds=0.0)
+    assert chosen.graph.firm
+    assert got.components == 1
+    assert got.least_degree >= 3
+    assert got.share == pytest.approx(got.planned, abs=0.02)
+    assert np.isin(chosen.reason, np.arange(len(chosen.reasons))).all()
