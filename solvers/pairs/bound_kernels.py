@@ -50,7 +50,7 @@ def _pairs(first: int, size: int, sight: Array, weights: Array) -> Array:
     pairs = np.zeros((size, size))
     for i in range(size):
         for j in range(i):
-            pairs[i, j] = pair_value(first + i, first + j, sight, weights)
+            pairs[i, j] = pair_value(sight, first + i, sight, first + j, weights)
             pairs[j, i] = pairs[i, j]
     for i in range(size):
         pairs[i] = np.sort(pairs[i])[::-1]

@@ -11,25 +11,29 @@ from solvers.pairs.state import GRAIN
 
 Array = NDArray[Any]
 
+_ROUNDER = 1.5 * 2.0**52 / GRAIN  # whose last bit is one grain
+
 
 @compiled
 def grain(value: float) -> float:
-    """Nearest multiple of 1 / ``GRAIN``."""
-    return math.floor(value * GRAIN + 0.5) / GRAIN
+    """Nearest multiple of 1 / ``GRAIN``, of a value below 2**19."""
+    return (value + _ROUNDER) - _ROUNDER
 
 
 @compiled
-def pair_value(a: int, b: int, sight: Array, weights: Array) -> float:
-    """Value of the pair of hits ``a`` and ``b`` at one element, rounded to the grain."""
-    near = min(sight[a, 3], sight[b, 3])
-    face = min(sight[a, 4], sight[b, 4])
+def pair_value(first: Array, a: int, second: Array, b: int, weights: Array) -> float:
+    """Value of the pair of the hits in rows ``a`` and ``b``, rounded to the grain.
+
+    Each row holds a ray, nearness and facing.
+    """
+    near = min(first[a, 3], second[b, 3])
+    face = min(first[a, 4], second[b, 4])
     if near <= 0.0 or face <= 0.0:
         return 0.0
-    x = sight[a, 0] - sight[b, 0]
-    y = sight[a, 1] - sight[b, 1]
-    z = sight[a, 2] - sight[b, 2]
-    squared = x * x + y * y + z * z
-    place = math.sqrt(squared) * (0.5 * (len(weights) - 1))
+    x = first[a, 0] - second[b, 0]
+    y = first[a, 1] - second[b, 1]
+    z = first[a, 2] - second[b, 2]
+    place = math.sqrt(x * x + y * y + z * z) * (0.5 * (len(weights) - 1))
     low = min(int(place), len(weights) - 2)
     share = min(place - low, 1.0)
     weight = weights[low] + share * (weights[low + 1] - weights[low])
@@ -50,7 +54,7 @@ def values(starts: Array, taken: Array, owner: Array, sight: Array, weights: Arr
         for k in range(starts[e], starts[e + 1]):
             if taken[owner[k]]:
                 for i in range(count):
-                    total[e] += pair_value(chosen[i], k, sight, weights)
+                    total[e] += pair_value(sight, chosen[i], sight, k, weights)
                 chosen[count] = k
                 count += 1
     return total
@@ -64,7 +68,7 @@ def reaches(starts: Array, sight: Array, weights: Array, target: float) -> Array
         total = 0.0
         for i in range(starts[e], starts[e + 1]):
             for j in range(starts[e], i):
-                total += pair_value(i, j, sight, weights)
+                total += pair_value(sight, i, sight, j, weights)
             if total >= target:
                 reached[e] = True
                 break

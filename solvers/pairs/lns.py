@@ -45,29 +45,24 @@ class LargeNeighbourhood:
 
     def run(self, problem: PairCoverProblem, run: Run[Chosen]) -> Status:
         """Offer every choice that is better than all before."""
-        from solvers.pairs import search_kernels, state_kernels
+        from solvers.pairs import search_kernels
 
         state = begin(problem, run, start=self.start)
         run.bound = lower_bound(problem, steps=self.bound_steps, upper=run.best_cost)
         if run.best is None:
             return Status.UNKNOWN
-        budget = problem.budget
-        wanted = problem.wanted if budget is None else int(problem.reachable.sum())
-        dice = np.empty((0, 4))
+        lean = problem.budget is None
+        wanted = problem.wanted if lean else int(problem.reachable.sum())
+        best = state.taken.copy()
+        limit = search_kernels.drop(state, wanted, best) if lean else float(problem.budget or 0.0)
         while run.best_cost > run.bound:
-            if budget is None:
-                while state.totals[0] >= wanted:
-                    run.offer(np.flatnonzero(state.taken))
-                    state_kernels.flip(state, search_kernels.least_loss(state)[0])
-            limit = run.best_cost * (1.0 - 1e-9) if budget is None else budget
-            if not len(dice):
-                allowed = sum(run.proceed() for _ in range(_BATCH) if run.limit() is None)
-                if not allowed:
-                    run.proceed()  # says why it ends
-                    break
-                dice = run.rng.random((allowed, 4))
-            used = search_kernels.improve(state, dice, self.most, wanted, limit)
-            dice = dice[used:]
-            if budget is not None:
-                run.offer(np.flatnonzero(state.taken))
+            allowed = sum(run.proceed() for _ in range(_BATCH) if run.limit() is None)
+            if not allowed:
+                run.proceed()  # says why it ends
+                break
+            dice = run.rng.random((allowed, 4))
+            before = limit
+            limit = search_kernels.improve(state, dice, self.most, wanted, limit, lean, best)
+            if limit < before or not lean:
+                run.offer(np.flatnonzero(best if lean else state.taken))
         return Status.FEASIBLE

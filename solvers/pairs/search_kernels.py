@@ -99,12 +99,12 @@ def prune(s: State, wanted: int) -> None:
 @compiled
 def neighbours(s: State, centre: int, count: int) -> Array:
     """Choose the candidates that share most elements with a chosen one, itself first."""
-    elements, starts, taken, owner = s.element, s.starts, s.taken, s.owner
-    shared = np.zeros(len(taken), dtype=np.int64)
+    elements, starts, hits, crew, owner = s.element, s.starts, s.hits, s.crew, s.owner
+    shared = np.zeros(len(s.taken), dtype=np.int64)
     for at in range(s.indptr[centre], s.indptr[centre + 1]):
-        for k in range(starts[elements[at]], starts[elements[at] + 1]):
-            if taken[owner[k]]:
-                shared[owner[k]] += 1
+        e = elements[at]
+        for n in range(starts[e], starts[e] + hits[e]):
+            shared[owner[crew[n]]] += 1
     shared[centre] = len(s.element) + 1
     found = np.empty(count, dtype=np.int64)
     for n in range(count):
@@ -137,11 +137,14 @@ def ruin(s: State, dice: Array, most: int, log: Array) -> int:
 
 
 @compiled
-def improve(s: State, dice: Array, most: int, wanted: int, limit: float) -> int:
-    """Ruin and fill again, once for each row of dice, until enough elements are satisfied.
+def improve(
+    s: State, dice: Array, most: int, wanted: int, limit: float, lean: bool, best: Array
+) -> float:
+    """Ruin and fill again, once for each row of dice, within the price ``limit``.
 
-    A step that makes the choice worth less is undone. Prices stay within ``limit``. Returns
-    how many rows were used.
+    A step that makes the choice worth less is undone. A lean search copies every choice that
+    satisfies enough elements to ``best``, drops the candidate of least loss, and goes on below
+    its price; the others end there. Returns the new price limit.
     """
     log = np.empty(len(s.taken) + 2 * most + 1, dtype=np.int64)
     for row in range(len(dice)):
@@ -150,8 +153,24 @@ def improve(s: State, dice: Array, most: int, wanted: int, limit: float) -> int:
         banned = log[0] if count > 0 and dice[row, 3] < 0.5 else -1
         count = fill(s, wanted, limit, banned, log, count)
         if s.totals[0] >= wanted:
-            return row + 1
-        if s.totals[2] < before:
+            if not lean:
+                break
+            limit = drop(s, wanted, best)
+        elif s.totals[2] < before:
             for n in range(count - 1, -1, -1):
                 flip(s, log[n])
-    return len(dice)
+    return limit
+
+
+@compiled
+def drop(s: State, wanted: int, best: Array) -> float:
+    """Drop by least loss until too few are satisfied; the last good choice goes to ``best``.
+
+    Returns just below its price.
+    """
+    price = s.totals[1]
+    while s.totals[0] >= wanted and s.totals[1] > 0.0:
+        price = s.totals[1]
+        best[:] = s.taken
+        flip(s, least_loss(s)[0])
+    return float(price * (1.0 - 1e-9))

@@ -17,6 +17,8 @@ GRAIN = 2.0**32
 BONUS = 0.5
 FINE_WORTH = 0.25
 START = (0.25, 0.125)
+LATE = 16
+"""Changes that an element may keep for later; see :class:`State`."""
 
 
 class State(NamedTuple):
@@ -25,6 +27,10 @@ class State(NamedTuple):
     The worth of an element is ``min(value, target)``, plus ``fine_worth`` for each fine hit
     that it wants, plus ``bonus`` once it is satisfied; elements out of reach have none. As
     single hits earn nothing, the first two also count by nearness times facing.
+
+    Most elements have more than they need: whoever is added there gains nothing, before and after
+    a change. Such a change is only noted, and the sums of the hits not chosen follow when their
+    element is in need again, or never if the change is taken back first.
 
     Attributes
     ----------
@@ -39,9 +45,17 @@ class State(NamedTuple):
     group_ptr, group, rival_ptr, rival
         Conflict groups of each candidate, and candidates of each group.
     partial
-        Sum of each hit's pairs with the chosen hits of its element, by element (nnz,).
+        What each hit that is not chosen would bring its element in pairs with the chosen ones,
+        by element (nnz,), without the changes kept for later.
     value, hits, fine_hits
         Value, chosen hits and chosen fine hits of each element, (E,).
+    crew, crew_sight, crew_sum, seat
+        The chosen hits of each element from its start on, their rays with nearness and facing,
+        and the sums of their pairs with the others, (nnz,), so that they lie side by side; and
+        where among them each chosen hit is.
+    late, kept
+        How many changes each element keeps for later, (E,), and which, (E, LATE): twice the hit,
+        plus one if it was taken out.
     taken, gain, blocked
         Whether each candidate is chosen, the worth it would add if not, and how many chosen
         ones it conflicts with, (C,).
@@ -70,6 +84,12 @@ class State(NamedTuple):
     value: Array
     hits: Array
     fine_hits: Array
+    crew: Array
+    crew_sight: Array
+    crew_sum: Array
+    seat: Array
+    late: Array
+    kept: Array
     taken: Array
     gain: Array
     blocked: Array
@@ -121,6 +141,12 @@ def empty_state(
         value=np.zeros(problem.elements),
         hits=np.zeros(problem.elements, dtype=np.int64),
         fine_hits=np.zeros(problem.elements, dtype=np.int64),
+        crew=np.empty(len(at), dtype=np.int32),
+        crew_sight=np.empty((len(at), 5), dtype=np.float32),
+        crew_sum=np.empty(len(at)),
+        seat=np.empty(len(at), dtype=np.int32),
+        late=np.zeros(problem.elements, dtype=np.int64),
+        kept=np.empty((problem.elements, LATE), dtype=np.int64),
         taken=np.zeros(problem.candidates, dtype=np.bool_),
         gain=np.zeros(problem.candidates),
         blocked=np.zeros(problem.candidates, dtype=np.int64),

@@ -7,7 +7,7 @@ import numpy as np
 from solvers.arrays import Floats, read_only
 
 
-def chord_table(weight: Callable[[Floats], Floats], size: int = 4096) -> Floats:
+def chord_table(weight: Callable[[Floats], Floats], size: int = 2048) -> Floats:
     """Weights at chords evenly spaced from 0 to 2, for :class:`~solvers.pairs.PairCoverProblem`.
 
     The chord between the tips of two unit rays at an angle is 2 sin(angle / 2). Unlike the
