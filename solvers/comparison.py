@@ -128,7 +128,8 @@ def machine_name() -> str:
     except OSError:
         pass
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return f"{name}, {cores} cores, {platform.system()}, Python {platform.python_version()}"
+    plural = "" if cores == 1 else "s"
+    return f"{name}, {cores} core{plural}, {platform.system()}, Python {platform.python_version()}"
 
 
 @dataclass(frozen=True, eq=False)
