@@ -53,7 +53,7 @@ def benchmark_config(seed: int = 0) -> Config:
     """Settings for :func:`benchmark_block`: 5 m clearance, 60 x 36 degrees, reference 50 m.
 
     Photos are worth nothing to reconstructability at the reference distance, and just meet the
-    wanted GSD at half of it.
+    wanted GSD at half of it, which is as far as photos are taken from.
     """
     width, height = _PIXELS
     focal = 0.5 * width / math.tan(math.radians(0.5 * _ACROSS))
@@ -61,5 +61,10 @@ def benchmark_config(seed: int = 0) -> Config:
     return Config(
         seed=seed,
         camera=CameraSettings(width_px=width, height_px=height, diagonal_deg=diagonal),
-        scale=ScaleSettings(radius=_RADIUS, d_min=CLEARANCE, gsd=0.5 * REFERENCE / focal),
+        scale=ScaleSettings(
+            radius=_RADIUS,
+            d_min=CLEARANCE,
+            d_max=0.5 * REFERENCE,
+            gsd=0.5 * REFERENCE / focal,
+        ),
     )

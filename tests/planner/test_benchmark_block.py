@@ -22,5 +22,6 @@ def test_settings_give_the_camera_and_the_reference_distance():
     assert np.degrees(camera.vertical_fov) == pytest.approx(36.0, abs=0.02)
     scale = derive_scale(benchmark_block(), camera, config.scale)
     assert scale.d_min == CLEARANCE
+    assert 2.0 * scale.d_max == pytest.approx(REFERENCE)
     assert 2.0 * camera.distance_for(scale.gsd, 0.0) == pytest.approx(REFERENCE)
     assert config.seed == 7
