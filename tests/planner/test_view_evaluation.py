@@ -183,17 +183,18 @@ def test_measures_of_chosen_photos_are_those_of_fresh_rays(page, case):
 
 
 @pytest.mark.slow
-def test_every_preset_makes_a_line_of_the_table(page, case):
+def test_the_comparison_prints_a_line_for_every_preset(page, place, monkeypatch, capsys):
     assert set(page.PRESETS) >= {"smith", "paper low", "paper high", "quick", "standard", "best"}
-    columns = page.HEAD.count("|")
-    for preset in ("smith", "paper low", "paper high", "quick"):
-        options = {**page.PRESETS[preset], "iterations": 5}
-        if preset == "smith":
-            options |= {"views": 30, "rounds": 1}
-        line = page.row(preset, page.measure(case, preset, options))
-        assert line.count("|") == columns
-        assert line.startswith(f"| {preset} | ")
-        assert "nan" not in line
+    presets = ["smith", "paper low", "paper high", "quick"]
+    given = ["--scenes", page.BENCHMARK, "--presets", *presets, "--views", "30"]
+    monkeypatch.setattr("sys.argv", ["views.py", ".", *given, "--set", "iterations=5"])
+    monkeypatch.setattr(page, "load", lambda *_: place)
+    page.main()
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("|")]
+    assert [line.split(" | ")[0] for line in lines[2:]] == [f"| {name}" for name in presets]
+    assert len({line.count("|") for line in lines}) == 1
+    assert lines[2].split(" | ")[1] == "30"
+    assert not [line for line in lines if "nan" in line]
 
 
 @pytest.mark.slow
