@@ -43,6 +43,10 @@ class SurfaceSamples:
     def __len__(self) -> int:
         return len(self.xyz)
 
+    def places(self, rows: Ints) -> "SurfaceSamples":
+        """Some of the samples, without scores."""
+        return SurfaceSamples(self.xyz[rows], self.normals[rows], self.cluster[rows], self.radius)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScoredSamples(SurfaceSamples):

@@ -47,9 +47,7 @@ def hindrances(
     stages[0] = pairs.stages[0]
     rows = np.flatnonzero((stages[3] == 0) & (stages[0] > 0))
     if len(rows):
-        lost = SurfaceSamples(
-            samples.xyz[rows], samples.normals[rows], samples.cluster[rows], samples.radius
-        )
+        lost = samples.places(rows)
         tilted = replace(rule, reach=math.inf)
         free = replace(tilted, low=-0.5 * math.pi, high=0.5 * math.pi)
         for stage, wider in ((1, free), (2, tilted)):

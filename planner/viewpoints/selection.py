@@ -146,10 +146,13 @@ def assess(
     low, alike = np.zeros((2, len(h)), np.bool_)
     if wish.pairs is not None:
         low = h < wish.pairs.target
+        rows = np.flatnonzero(low)
         best = reconstructability(
-            *(viewpoints, samples, caster, camera), reference=reference, weight=best_weight
+            *(viewpoints, samples.places(rows), caster, camera),
+            reference=reference,
+            weight=best_weight,
         )
-        alike = low & (best >= wish.pairs.target)
+        alike[rows] = best >= wish.pairs.target
     reason = explain(
         *(seen.hits, seen.sectors, wish.demand, wish.stages),
         low=low,
