@@ -103,13 +103,20 @@ def _cross(a: _Corner, b: _Corner, c: _Corner, d: _Corner) -> bool:
 
 
 class ZoneSettings(_Settings):
-    """A prism in local metres: ``keep_out`` forbids its inside, ``keep_in`` its outside."""
+    """An upright prism: ``keep_out`` forbids its inside, ``keep_in`` its outside.
+
+    ``crs`` says what the corners are: ``local`` metres, coordinates of the ``source``, or any
+    reference system such as EPSG:4326, with x as easting or longitude. ``heights`` says what bottom
+    and top are above: the ``local`` zero, that of the ``source``, or the ``ground``; metres.
+    """
 
     kind: Literal["keep_out", "keep_in"] = "keep_out"
     polygon: tuple[tuple[float, float], ...] = Field(min_length=3)
     bottom: float | None = None
     top: float | None = None
     name: str = ""
+    crs: str = Field(default="local", min_length=1)
+    heights: Literal["local", "source", "ground"] = "local"
 
     @model_validator(mode="after")
     def _is_a_prism(self) -> Self:
@@ -118,7 +125,7 @@ class ZoneSettings(_Settings):
             raise ValueError(f"bottom {self.bottom} is not below top {self.top}")
         sides = list(zip(self.polygon, (*self.polygon[1:], self.polygon[0]), strict=True))
         area = sum(a[0] * b[1] - b[0] * a[1] for a, b in sides)
-        if abs(area) < 1e-6:
+        if abs(area) < (1e-6 if self.crs in {"local", "source"} else 1e-14):
             raise ValueError("the polygon has no area")
         for i, first in enumerate(sides):
             for second in sides[i + 2 : len(sides) - (i == 0)]:
@@ -130,6 +137,8 @@ class ZoneSettings(_Settings):
 class AirspaceSettings(_Settings):
     """No-fly hull and zones. ``ceiling`` is metres above the ground under the drone.
 
+    ``zone_files`` are GeoJSON files whose polygons are zones too, with ``kind``, ``bottom`` and
+    ``top`` as properties, heights above ground.
     ``beyond`` is how far outside of the scene's box flight is considered, metres (``None``: d_max);
     nothing is known there, and level ground is assumed.
     ``fill_under_roofs``: what lies under a surface that faces up counts as solid down to the next
@@ -139,6 +148,7 @@ class AirspaceSettings(_Settings):
 
     ceiling: float | None = Field(default=None, gt=0.0)
     zones: tuple[ZoneSettings, ...] = ()
+    zone_files: tuple[str, ...] = ()
     beyond: float | None = Field(default=None, gt=0.0)
     fill_under_roofs: bool = True
     most_cells: int = Field(default=200_000_000, ge=1_000, le=2_000_000_000)
@@ -162,11 +172,12 @@ class ViewpointSettings(_Settings):
 
     ``confidence_angle_deg`` is where the orientation term of Eq. 7 falls to 1/e.
 
-    ``objective = "reconstructability"`` goes on from the cover's answer: ``pair_solver`` searches
-    the fewest photos (or, with a ``budget``, that many photos) such that a ``share`` of the
-    samples that can reach it have a reconstructability h of ``target``, and ``sharp_views`` of the
-    photos within the wanted GSD. A photo counts for h up to ``pair_range`` of the distance at
-    which it is worth nothing. ``effort`` says how many positions and iterations that may take.
+    ``objective = "reconstructability"``: ``pair_solver`` searches the fewest photos (or, with a
+    ``budget``, that many photos) such that a ``share`` of the samples that can reach it have a
+    reconstructability h of ``target``, and ``sharp_views`` of the photos within the wanted GSD.
+    A photo counts for h up to ``pair_range`` of the distance at which it is worth nothing.
+    ``effort`` says from how many positions, in how many iterations (unless ``iterations`` does)
+    and with how many refinements off the grid.
     """
 
     preset: Literal["cover", "paper", "smith"] = "cover"
@@ -174,9 +185,9 @@ class ViewpointSettings(_Settings):
     effort: Literal["quick", "standard", "best"] = "standard"
     target: float = Field(default=4.0, gt=0.0)
     share: float = Field(default=0.98, gt=0.0, le=1.0)
-    sharp_views: int = Field(default=2, ge=0, le=20)
+    sharp_views: int = Field(default=1, ge=0, le=20)
     budget: int | None = Field(default=None, ge=1)
-    pair_range: float = Field(default=0.5, gt=0.0, le=1.0)
+    pair_range: float = Field(default=1.0, gt=0.0, le=1.0)
     pair_solver: str = "lns"
     connected: bool = True
     link_share: float = Field(default=0.3, ge=0.0, le=1.0)

@@ -12,6 +12,8 @@ import numpy as np
 
 from planner.airspace.airspace import Airspace, build_airspace
 from planner.airspace.candidates import candidate_positions
+from planner.airspace.room import idle_zones, lack_of_room
+from planner.airspace.zone_files import local_zones
 from planner.config import CameraSettings, Config
 from planner.errors import MissingDependency, PlannerError
 from planner.findings import Finding
@@ -164,6 +166,7 @@ def plan(
     _require_solvers(config)
     clock = _Clock(listener)
     prior = _study(source, config, clock)
+    config = prior.config
     tried = _attempt(prior, prior.positions, config, map, clock)
     if tried.dropped:
         tried = _refilled(tried, prior, config, map, clock)
@@ -185,7 +188,12 @@ def plan(
         flight=tried.flight,
         timeline=timeline,
         rows=rows,
-        findings=(*tried.selection.findings, *tried.apart, *tried.flight.findings),
+        findings=(
+            *idle_zones(prior.airspace),
+            *tried.selection.findings,
+            *tried.apart,
+            *tried.flight.findings,
+        ),
         timing=clock.seconds,
     )
 
@@ -213,6 +221,7 @@ def _require_solvers(config: Config) -> None:
 class _Prior:
     """What is known before photos are chosen (paper sections 3.2 and 3.3.1)."""
 
+    config: Config
     scene: Scene
     camera: Camera
     scale: Scale
@@ -240,6 +249,8 @@ def _study(source: Scene | str | Path, config: Config, clock: "_Clock") -> _Prio
         clock.tell(f"{len(scene.cloud):,} points, {size} m")
         for note in scene.notes:
             clock.tell(note)
+        local = local_zones(config.airspace, scene)
+        config = config.model_copy(update={"airspace": local})
     camera = camera_of(config.camera)
     scale = derive_scale(scene, camera, config.scale)
     for rule in scale.rules:
@@ -266,8 +277,10 @@ def _study(source: Scene | str | Path, config: Config, clock: "_Clock") -> _Prio
             airspace, box=scene.box, voxel=scale.voxel, limit=config.viewpoints.max_candidates
         )
         clock.tell(f"{len(grid.positions):,} free positions, {grid.voxel:.3g} m apart")
-    prior = _Prior(scene, camera, scale, surface, samples, airspace, grid.positions, grid.voxel)
-    prior.need(len(grid.positions), "no position is free and near enough to see the scene")
+    known = (config, scene, camera, scale, surface, samples, airspace)
+    prior = _Prior(*known, grid.positions, grid.voxel)
+    if not len(grid.positions):
+        prior.need(0, f"no position is free and near enough: {lack_of_room(airspace)}")
     return prior
 
 

@@ -14,6 +14,7 @@ from planner.airspace.obstacles import Points
 from planner.airspace.occupancy import Occupancy, occupancy
 from planner.airspace.storage import StoredAirspace, read_arrays, write_arrays
 from planner.airspace.terrain import Terrain, terrain
+from planner.airspace.zone_files import local_zones
 from planner.airspace.zones import Zones, zones
 from planner.config import AirspaceSettings
 from planner.geometry.arrays import Bools, Floats, Ints, read_only
@@ -191,8 +192,7 @@ class Airspace:
         points = np.asarray(points, dtype=np.float64)
         clearance = np.full(len(points), -np.inf)
         finite = np.isfinite(points).all(axis=1)
-        at = points[finite]
-        if len(at):
+        if len(at := points[finite]):
             surface, obstacle, side = self._measure(at)
             for row in np.flatnonzero(side == 0):  # few: only beside surfaces
                 side[row] = 1 if self._walk_reaches_sky(at[row]) else -1
@@ -313,9 +313,7 @@ class Airspace:
     def _is_sky(self, points: Floats) -> Bools:
         """Tell which points are proven outside by the grid, or by the terrain beyond it."""
         sky, in_grid = self.occupancy.is_sky(points)
-        if in_grid.all():
-            return sky
-        return sky | (~in_grid & (points[:, 2] > self.terrain.height(points)))
+        return sky if in_grid.all() else sky | (~in_grid & (points[:, 2] > self.terrain.height(points)))
 
     def _walk_reaches_sky(self, point: Floats) -> bool:
         """Step away from the nearest surface until in a sky cell; no step crosses a surface."""
@@ -346,16 +344,17 @@ def build_airspace(
     mesh
         Surface.
     d_min, d_max
-        Least clearance, and the farthest that a photo is taken from, metres.
+        Least clearance, and farthest distance of a photo, metres.
     settings
-        Zones, ceiling and how the grid is made.
+        Zones, ceiling, grid.
 
     Returns
     -------
     airspace
-        Flight is considered in the box grown by ``d_max`` or what the settings say.
+        Flight is considered in the grown box.
 
     """
+    settings = local_zones(settings, scene)
     low, high = _bounds(scene, d_max if settings.beyond is None else settings.beyond)
     sheet = terrain(scene.ground)
     points = scene.cloud.xyz

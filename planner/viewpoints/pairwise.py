@@ -5,22 +5,31 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from planner.airspace.airspace import Airspace
 from planner.config import ViewpointSettings
 from planner.geometry.arrays import Bools, Floats, Ints
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
-from planner.viewpoints.candidates import Candidates, add_poses, generate_candidates
-from planner.viewpoints.pairs import VisiblePairs, visible_pairs
+from planner.viewpoints.candidates import generate_candidates
+from planner.viewpoints.pairs import visible_pairs
+from planner.viewpoints.pool import Pool
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.reconstructability import GRAZING, parallax_weight
+from planner.viewpoints.refine import poses_beside
 from planner.viewpoints.sight import SightRule
+from planner.viewpoints.smith_space import free_balls
 from planner.viewpoints.thinning import thin_lattice
 from planner.viewpoints.viewpoints import Viewpoints
 from solvers import Result, Stop, solve
 from solvers.pairs import PairCoverProblem, chord_table
 from solvers.registry import load
 
-_SAME_PLACE = 1e-6  # metres
+_FEWEST = 400  # positions to choose from, where there are so many
+_STEP = 0.6  # voxels that a pose is moved at most, at first
+_TURN = math.radians(12.0)  # that an aim is turned at most, at first
+_SHRINK = 0.8  # of both from one refinement to the next
+_BOUND_STEPS = 60
+_KEY = 4  # of the chance in this stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,20 +39,26 @@ class Effort:
     Parameters
     ----------
     positions
-        Positions to choose from.
+        Positions to choose from, a sample.
     iterations
-        Iterations of the pair solver.
+        Iterations of the pair solver, a sample, over all its searches.
+    refinements
+        Searches after the first, each with poses beside the chosen ones added.
+    copies
+        Poses added beside each chosen one.
 
     """
 
-    positions: int
-    iterations: int
+    positions: float
+    iterations: float
+    refinements: int
+    copies: int
 
 
 EFFORTS = {
-    "quick": Effort(1_500, 60),
-    "standard": Effort(2_500, 800),
-    "best": Effort(5_000, 3_000),
+    "quick": Effort(0.4, 0.12, 2, 4),
+    "standard": Effort(0.6, 0.6, 6, 4),
+    "best": Effort(0.9, 2.4, 12, 6),
 }
 """What each effort may take; see docs for the times measured."""
 
@@ -59,7 +74,7 @@ class PairChoice:
     reachable
         Which samples can reach the target from the positions looked at, shape (S,).
     results
-        Results of the solver.
+        Result of the last search.
 
     """
 
@@ -74,13 +89,16 @@ def choose_by_pairs(
     caster: RayCaster,
     camera: Camera,
     *,
-    start: Viewpoints,
     rule: SightRule,
     settings: ViewpointSettings,
     voxel: float,
     seed: int,
+    airspace: Airspace | None = None,
 ) -> PairChoice:
     """Choose the fewest photos that make enough samples reconstructable.
+
+    The first search has the grid's positions with their best aims to choose from. Each further
+    one goes on from the photos chosen so far, with poses beside them added, off the grid.
 
     Parameters
     ----------
@@ -88,56 +106,80 @@ def choose_by_pairs(
         Free positions, shape (V, 3), metres.
     samples, caster, camera
         What is to be photographed, what may be in the way, and the field of view.
-    start
-        Photos to start from, at some of the positions.
     rule
         What makes a photo of a sample sharp: range, incidence and GSD.
     settings, voxel, seed
-        Target and effort; spacing of the positions, metres; root of the solver's chance.
+        Target and effort; spacing of the positions, metres; root of all chance.
+    airspace
+        Where flight is safe; without it, poses are turned but not moved.
 
     """
     effort = EFFORTS[settings.effort]
-    rows = thin_lattice(positions, spacing=voxel, limit=effort.positions)
-    places = np.unique(np.concatenate([positions[rows], start.positions]), axis=0)
-    pairs = visible_pairs(places, samples, caster, wide_rule(rule, settings))
+    enough = max(_FEWEST, round(effort.positions * len(samples)))
+    places = positions[thin_lattice(positions, spacing=voxel, limit=enough)]
+    wide = wide_rule(rule, settings)
+    base = _grid_pool(places, samples, caster, camera, rule=wide, settings=settings)
+    room = free_balls(places, airspace)
+    total = settings.iterations or max(1, round(effort.iterations * len(samples)))
+    rounds = min(effort.refinements, total - 1)
+    pool, chosen, result = base, np.empty(0, dtype=np.int64), None
+    for number in range(rounds + 1):
+        if number:
+            kept = pool.take(chosen)
+            poses = poses_beside(
+                *(kept, room, camera),
+                step=_STEP * voxel * _SHRINK ** (number - 1),
+                turn=_TURN * _SHRINK ** (number - 1),
+                copies=effort.copies,
+                seed=np.random.SeedSequence(seed, spawn_key=(_KEY, number)),
+            )
+            fresh = Pool.at(*poses, samples=samples, caster=caster, camera=camera, rule=wide)
+            pool, chosen = base.joined(kept).joined(fresh), len(base) + np.arange(len(kept))
+        problem = pair_problem(pool, samples, rule=rule, settings=settings)
+        its = total * (number + 1) // (rounds + 1) - total * number // (rounds + 1)
+        last = number == rounds
+        result = _search(problem, chosen, settings, iterations=its, seed=seed, bounded=last)
+        if result.solution is None:
+            break
+        chosen = result.solution
+    views = pool.viewpoints(chosen, samples, kind="pair")
+    return PairChoice(views, problem.reachable, (result,) if result else ())
+
+
+def _grid_pool(
+    places: Floats,
+    samples: SurfaceSamples,
+    caster: RayCaster,
+    camera: Camera,
+    *,
+    rule: SightRule,
+    settings: ViewpointSettings,
+) -> Pool:
+    """The best aims of each place."""
+    pairs = visible_pairs(places, samples, caster, rule)
     candidates = generate_candidates(
-        places,
-        pairs,
-        samples,
-        camera,
+        *(places, pairs, samples, camera),
         aims=settings.aims,
         directions=settings.aim_directions,
         weights=1.0 / np.sqrt(np.maximum(pairs.available, 1)),
     )
-    first = len(candidates)
-    candidates = add_poses(
-        candidates,
-        samples,
-        camera,
-        owner=_places_of(start.positions, places),
-        yaw_deg=start.yaw_deg,
-        pitch_deg=start.pitch_deg,
-    )
-    problem = pair_problem(candidates, samples, rule=rule, settings=settings)
-    begin = tuple(range(first, len(candidates)))[: settings.budget]
-    result = _search(problem, begin, settings, effort, seed)
-    chosen = np.empty(0, dtype=np.int64) if result.solution is None else result.solution
-    views = candidates.viewpoints(chosen, samples, kind="pair")
-    return PairChoice(views, problem.reachable, (result,))
+    return Pool.of(candidates)
 
 
 def _search(
     problem: PairCoverProblem,
-    start: tuple[int, ...],
+    start: Ints,
     settings: ViewpointSettings,
-    effort: Effort,
+    *,
+    iterations: int,
     seed: int,
+    bounded: bool,
 ) -> Result[Ints]:
-    """Run the pair solver; the built-in ones begin with the start."""
+    """Run the pair solver; the built-in ones begin with the start, and bound if told to."""
     own = settings.pair_solver in {"greedy", "lns"}
-    solver = load("pairs", settings.pair_solver, **({"start": start} if own else {}))
-    stop = Stop(iterations=settings.iterations or effort.iterations)
-    return solve(problem, solver, seed=seed, stop=stop)
+    options = {"start": tuple(start.tolist()), "bound_steps": _BOUND_STEPS if bounded else 0}
+    solver = load("pairs", settings.pair_solver, **(options if own else {}))
+    return solve(problem, solver, seed=seed, stop=Stop(iterations=iterations))
 
 
 def wide_rule(rule: SightRule, settings: ViewpointSettings) -> SightRule:
@@ -152,50 +194,33 @@ def reference_distance(rule: SightRule) -> float:
 
 
 def pair_problem(
-    candidates: Candidates,
+    pool: Pool,
     samples: SurfaceSamples,
     *,
     rule: SightRule,
     settings: ViewpointSettings,
 ) -> PairCoverProblem:
-    """Candidates x samples with rays, distances and cosines as reconstructability wants them."""
+    """Poses x samples with rays, distances and cosines as reconstructability wants them."""
     from scipy.sparse import csr_array
 
-    pairs, hit = candidates.pairs, candidates.pair
-    sample = pairs.sample[hit]
-    owner = np.repeat(candidates.owner, np.diff(candidates.indptr))
-    rays = candidates.positions[owner] - samples.xyz[sample]
-    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    shape = (len(candidates), len(samples))
-    ones = np.ones(len(hit), dtype=np.int8)
+    shape = (len(pool), len(samples))
+    ones = np.ones(len(pool.sample), dtype=np.int8)
     return PairCoverProblem(
-        csr_array((ones, sample, candidates.indptr), shape=shape),
-        rays,
-        1.0 - pairs.distance[hit] / reference_distance(rule),
-        pairs.cosine[hit],
+        csr_array((ones, pool.sample, pool.indptr), shape=shape),
+        pool.rays(samples),
+        1.0 - pool.distance / reference_distance(rule),
+        pool.cosine,
         weights=chord_table(parallax_weight),
         target=settings.target,
         share=settings.share,
         budget=settings.budget,
-        fine=_sharp(pairs, rule)[hit],
+        fine=_sharp(pool, rule),
         fine_demand=settings.sharp_views,
     )
 
 
-def _sharp(pairs: VisiblePairs, rule: SightRule) -> Bools:
-    """Which pairs a rule allows that have passed a wider one, shape (n,)."""
-    facing = pairs.cosine >= math.cos(rule.max_incidence)
-    near = pairs.distance <= np.minimum(rule.d_max, rule.reach * pairs.cosine)
+def _sharp(pool: Pool, rule: SightRule) -> Bools:
+    """Which hits a rule allows that have passed a wider one, shape (n,)."""
+    facing = pool.cosine >= math.cos(rule.max_incidence)
+    near = pool.distance <= np.minimum(rule.d_max, rule.reach * pool.cosine)
     return np.asarray(facing & near)
-
-
-def _places_of(positions: Floats, places: Floats) -> Ints:
-    """Row among ``places`` of each of ``positions``."""
-    from scipy.spatial import cKDTree
-
-    if not len(positions):
-        return np.empty(0, dtype=np.int64)
-    away, row = cKDTree(places).query(positions)
-    if np.max(away) > _SAME_PLACE:
-        raise ValueError(f"a start is {np.max(away)} m from any position.")
-    return np.asarray(row, dtype=np.int64)

@@ -94,30 +94,24 @@ def select_viewpoints(
     stages = hindrances(pairs, positions, samples, caster, rule)
     wish = Wish(demand, reachable, stages, binding=covers, zoned=zoned)
     results: tuple[Result[Ints], ...] = ()
-    if covers:
+    if covers and settings.objective == "reconstructability":
+        found = choose_by_pairs(
+            *(positions, samples, caster, camera),
+            rule=rule,
+            settings=settings,
+            voxel=voxel,
+            seed=seed,
+            airspace=airspace,
+        )
+        viewpoints, results = found.viewpoints, found.results
+        wish = _pair_wish(wish, found.reachable, sharp_demand(samples, settings), settings)
+    elif covers:
         candidates = cover_candidates(
             positions, pairs, samples, camera, demand=demand, settings=settings
         )
         prices = photo_prices(candidates, settings=settings, d_min=d_min, d_max=d_max)
         chosen, results = _cover(candidates, reachable, prices, settings, seed)
         viewpoints = candidates.viewpoints(chosen, samples, kind="cover")
-        if settings.objective == "reconstructability":
-            found = choose_by_pairs(
-                *(positions, samples, caster, camera),
-                start=viewpoints,
-                rule=rule,
-                settings=settings,
-                voxel=voxel,
-                seed=seed,
-            )
-            viewpoints, results = found.viewpoints, (*results, *found.results)
-            wish = _pair_wish(wish, found.reachable, sharp_demand(samples, settings), settings)
-        if settings.connected:
-            viewpoints = connect(
-                *(viewpoints, positions, samples, caster, camera),
-                reference=2.0 * rule.reach,
-                links=LinkRule.of(settings),
-            )
     elif settings.preset == "smith":
         viewpoints = smith_viewpoints(
             *(positions, samples, caster, camera),
@@ -130,6 +124,12 @@ def select_viewpoints(
         lengths = {"d_min": d_min, "d_max": d_max, "voxel": voxel}
         viewpoints = paper_viewpoints(
             positions, samples, caster, camera, settings=settings, map=map, **lengths
+        )
+    if covers and settings.connected:
+        viewpoints = connect(
+            *(viewpoints, positions, samples, caster, camera),
+            reference=2.0 * rule.reach,
+            links=LinkRule.of(settings),
         )
     return assess(
         *(viewpoints, samples, caster, camera, rule),

@@ -2,18 +2,26 @@
 
 import itertools
 
+import hypothesis
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.config import ViewpointSettings
+from planner.geometry.angles import direction
 from planner.scene.cloud import Mesh
 from planner.surface.samples import ScoredSamples
 from planner.viewpoints.camera import Camera
+from planner.viewpoints.candidates import generate_candidates
+from planner.viewpoints.pairs import visible_pairs
+from planner.viewpoints.pool import Pool
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.reconstructability import reconstructability
+from planner.viewpoints.refine import poses_beside
 from planner.viewpoints.select import reassess, select_viewpoints
+from planner.viewpoints.sight import SightRule
+from planner.viewpoints.smith_space import FreeBalls
 from planner.viewpoints.thinning import thin_lattice
 
 CAMERA = Camera(width_px=600, height_px=400, focal_px=400.0)
@@ -61,12 +69,53 @@ def test_enough_samples_reach_the_target_by_fresh_rays_and_the_exact_formula(sel
 
 
 def test_the_search_has_a_bound_and_beats_the_cover_at_its_own_price(selection):
-    cover, pairs = selection.results
+    (pairs,) = selection.results
     assert pairs.solver == "lns"
     assert 2 <= pairs.bound <= pairs.cost == len(selection.viewpoints)
     h = select(objective="hits").reconstructability
     assert np.mean(h >= 4.0) < np.mean(selection.reconstructability >= 4.0)
-    assert cover.solution is not None
+
+
+@given(st.integers(0, 2**32 - 1))
+@hypothesis.settings(max_examples=20, deadline=None)
+def test_poses_beside_others_are_near_free_and_within_the_gimbals_range(seed):
+    mesh, samples, places = roof()
+    rule = SightRule(d_min=3.0, d_max=22.0, max_incidence=1.4)
+    seen = {"samples": samples, "caster": RayCaster(mesh), "camera": CAMERA, "rule": rule}
+    few = places[:3]
+    yaw, pitch = np.array([0.0, 90.0, -120.0]), np.array([-90.0, -45.0, 0.0])
+    chosen = Pool.at(few, yaw, pitch, **seen)
+    room = FreeBalls(places, np.full(len(places), 0.5))
+    root = np.random.SeedSequence(seed)
+    at, turned, tilted = poses_beside(chosen, room, CAMERA, step=1.0, turn=0.2, copies=4, seed=root)
+    gap = np.linalg.norm(at[:, None] - places[None], axis=2).min(axis=1)
+    assert gap.max() <= 0.5 + 1e-9
+    assert np.linalg.norm(at - np.repeat(few, 4, axis=0), axis=1).max() <= 1.0 + 1e-9
+    assert (tilted >= -90.0).all()
+    assert (tilted <= 0.0).all()
+    before = np.repeat(direction(yaw, pitch), 4, axis=0)
+    cosine = (before * direction(turned, tilted)).sum(axis=1)
+    assert cosine.min() >= np.cos(0.2) - 1e-9
+
+
+def test_a_pool_holds_what_its_poses_show_however_it_came_about():
+    mesh, samples, places = roof()
+    rule = SightRule(d_min=3.0, d_max=22.0, max_incidence=1.4)
+    caster = RayCaster(mesh)
+    pairs = visible_pairs(places, samples, caster, rule)
+    options = {"aims": 2, "directions": 30, "weights": np.ones(len(samples))}
+    grid = Pool.of(generate_candidates(places, pairs, samples, CAMERA, **options))
+    poses = grid.positions, grid.yaw_deg, grid.pitch_deg
+    seen = {"samples": samples, "caster": caster, "camera": CAMERA, "rule": rule}
+    again = Pool.at(*poses, **seen)
+    rows = np.random.default_rng(0).permutation(len(grid))
+    parts = grid.take(rows[:5]).joined(grid.take(rows[5:])).take(np.argsort(rows))
+    for name in ("indptr", "sample", "distance", "cosine", "positions"):
+        np.testing.assert_array_equal(getattr(grid, name), getattr(again, name))
+        np.testing.assert_array_equal(getattr(grid, name), getattr(parts, name))
+    back = samples.xyz[grid.sample] + grid.distance[:, None] * grid.rays(samples)
+    owner = np.repeat(np.arange(len(grid)), np.diff(grid.indptr))
+    np.testing.assert_allclose(back, grid.positions[owner], atol=1e-5)
 
 
 def test_the_same_seed_gives_the_same_photos(selection):

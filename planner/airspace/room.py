@@ -1,0 +1,121 @@
+"""Whether zones do what they were drawn for, and what is missing where nothing is free."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.airspace.airspace import Airspace
+from planner.airspace.zones import Prism, signed_distance_to_polygon
+from planner.findings import Finding
+from planner.geometry.arrays import Floats
+
+_LOOKS = 30_000  # places of the lattice on which room is sought
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """The roomiest place of an airspace.
+
+    Parameters
+    ----------
+    place
+        Local metres.
+    spare
+        Distance beyond ``d_min`` and zones there, metres; negative is what is missing.
+    spare_of_zones, spare_of_solids
+        The same of each alone, at the places that are best for each.
+
+    """
+
+    place: tuple[float, float, float]
+    spare: float
+    spare_of_zones: float
+    spare_of_solids: float
+
+
+def idle_zones(airspace: Airspace) -> tuple[Finding, ...]:
+    """Zones that meet nothing of the space in which flight is considered.
+
+    Parameters
+    ----------
+    airspace
+        With its zones.
+
+    Returns
+    -------
+    findings
+        One a zone, its number the distance from that space, metres.
+
+    """
+    found = []
+    for row, prism in enumerate(airspace.zones.prisms):
+        away = _distance_to_box(prism, *airspace.bounds)
+        if away > 0.0:
+            message = (
+                f"zone {prism.name or row!r} ({prism.kind}) lies {away:.1f} m away from all places "
+                "that could be flown to, so it changes nothing; are its coordinates right?"
+                if prism.kind == "keep_out"
+                else f"zone {prism.name or row!r} (keep_in) lies {away:.1f} m away from the scene, "
+                "so nothing is free; are its coordinates right?"
+            )
+            found.append(Finding("airspace", "zone-meets-nothing", message, away, partial=False))
+    return tuple(found)
+
+
+def roomiest(airspace: Airspace) -> Room:
+    """Look for the place with most room on a lattice over the whole airspace."""
+    low, high = airspace.bounds
+    step = float(np.cbrt(np.prod(high - low) / _LOOKS))
+    axes = [
+        np.arange(a + 0.5 * step, max(b, a + step), step) for a, b in zip(low, high, strict=True)
+    ]
+    at = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    solids = airspace.clearance_range(at)[0] - airspace.d_min
+    zones = airspace.zone_margin(at)
+    spare = np.minimum(solids, zones)
+    best = int(spare.argmax())
+    x, y, z = at[best].tolist()
+    return Room((x, y, z), float(spare[best]), float(zones.max()), float(solids.max()))
+
+
+def lack_of_room(airspace: Airspace) -> str:
+    """Say in a clause what keeps all places from being free, with the number that is missing."""
+    for finding in idle_zones(airspace):
+        if "nothing is free" in finding.message:
+            return finding.message
+    room = roomiest(airspace)
+    x, y, z = room.place
+    where = f"the roomiest place ({x:.1f}, {y:.1f}, {z:.1f})"
+    if room.spare >= 0.0:
+        return f"{where} has {room.spare:.2f} m to spare, but is too far from the scene"
+    ceiling = airspace.ceiling
+    if ceiling is not None and ceiling < airspace.d_min:
+        lack = airspace.d_min - ceiling
+        return f"airspace.ceiling {ceiling:.4g} m is under d_min; raise it by over {lack:.2f} m"
+    return f"{where} lacks {-room.spare:.2f} m between solids and zones"
+
+
+def _distance_to_box(prism: Prism, low: Floats, high: Floats) -> float:
+    """Distance between a prism and a box, metres; 0 where they meet."""
+    over = max(prism.bottom - float(high[2]), float(low[2]) - prism.top, 0.0)
+    corners = np.array([[x, y] for x in (low[0], high[0]) for y in (low[1], high[1])])
+    beyond = np.maximum(low[:2] - prism.polygon, prism.polygon - high[:2]).clip(0.0)
+    beside = min(
+        float(np.hypot(*beyond.T).min()),
+        float(signed_distance_to_polygon(corners, prism.polygon).clip(0.0).min()),
+    )
+    if beside > 0.0 and _edge_enters(prism.polygon, low[:2], high[:2]):
+        beside = 0.0
+    return float(np.hypot(over, beside))
+
+
+def _edge_enters(polygon: Floats, low: Floats, high: Floats) -> bool:
+    """Whether any edge of a polygon meets a rectangle."""
+    start, step = polygon, np.roll(polygon, -1, axis=0) - polygon
+    flat = step == 0.0
+    divisor = np.where(flat, 1.0, step)
+    first, second = (low - start) / divisor, (high - start) / divisor
+    inside = (start >= low) & (start <= high)
+    enter = np.where(flat, np.where(inside, 0.0, 2.0), np.minimum(first, second)).max(axis=1)
+    leave = np.where(flat, np.where(inside, 1.0, -1.0), np.maximum(first, second)).min(axis=1)
+    return bool((np.maximum(enter, 0.0) <= np.minimum(leave, 1.0)).any())
