@@ -77,9 +77,9 @@ def measure(case: Trial, preset: str, options: dict[str, Any]) -> ViewMeasures:
     """Choose photos by one preset and measure them."""
     place = coarser(case.place, LOW) if preset == "paper low" else case.place
     warm_up(place, options)
-    start = time.perf_counter()
+    start = time.process_time()
     selection = choose(place, options)
-    return measure_views(case, selection, seconds=time.perf_counter() - start)
+    return measure_views(case, selection, seconds=time.process_time() - start)
 
 
 def sizes(case: Trial) -> str:

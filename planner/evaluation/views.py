@@ -70,7 +70,7 @@ class ViewMeasures:
     bound, gap
         What the last solver proved of its cost; NaN where nothing.
     seconds
-        Time that the choice took.
+        Processor time that the choice took, of all threads.
 
     """
 
