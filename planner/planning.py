@@ -21,7 +21,7 @@ from planner.flight.fly import Flight, plan_flight
 from planner.flight.limits import Limits
 from planner.flight.sampling import sample_path
 from planner.flight.timing import Timeline, fly_in_time
-from planner.geometry.arrays import Floats
+from planner.geometry.arrays import Floats, Ints
 from planner.missions.written import WrittenPlan, load_plan
 from planner.route.cost import Pace
 from planner.route.order import Route, order_viewpoints
@@ -29,6 +29,8 @@ from planner.route.ways import FreeWays
 from planner.scale import Scale, derive_scale
 from planner.scene.load import load_scene
 from planner.scene.scene import Scene
+from planner.sorties.schedule import Sorties, plan_sorties
+from planner.sorties.station import find_stations
 from planner.surface.quality import score_quality
 from planner.surface.reconstruct import reconstruct_surface
 from planner.surface.samples import ScoredSamples, Surface
@@ -83,6 +85,8 @@ class Plan:
         What the reader must know.
     timing
         Seconds of each stage.
+    sorties
+        Flights from take-off to landing, where stations are given.
 
     """
 
@@ -100,6 +104,7 @@ class Plan:
     rows: Floats
     findings: tuple[Finding, ...]
     timing: dict[str, float] = field(default_factory=dict)
+    sorties: Sorties | None = None
 
     @property
     def status(self) -> PlanStatus:
@@ -167,12 +172,33 @@ def plan(
     clock = _Clock(listener)
     prior = _study(source, config, clock)
     config = prior.config
+    stations = find_stations(
+        config.sorties.stations,
+        prior.airspace,
+        prior.airspace.terrain.height,
+        margin=config.flight.margin,
+    )
     tried = _attempt(prior, prior.positions, config, map, clock)
     if tried.dropped:
         tried = _refilled(tried, prior, config, map, clock)
+    flight, sorties = tried.flight, None
+    limits = Limits.of(config.flight, gsd=prior.scale.gsd)
+    timeline = fly_in_time(flight.path, flight.viewpoints, limits)
+    if stations:
+        with clock.stage("sorties"), _solver_words():
+            sorties = plan_sorties(
+                flight,
+                timeline,
+                stations,
+                prior.airspace,
+                tried.matches,
+                settings=config.sorties,
+                flight_settings=config.flight,
+                seed=config.seed,
+            )
+            flight, timeline = sorties.flight, sorties.timeline
+            clock.tell(f"{len(sorties.flown)} sorties, {sorties.seconds[sorties.method]:.0f} s")
     with clock.stage("timing"):
-        limits = Limits.of(config.flight, gsd=prior.scale.gsd)
-        timeline = fly_in_time(tried.flight.path, tried.flight.viewpoints, limits)
         rows = sample_path(timeline, d_min=prior.scale.d_min)
         clock.tell(f"{timeline.duration:.0f} s, {len(rows)} rows")
     return Plan(
@@ -183,9 +209,9 @@ def plan(
         samples=prior.samples,
         airspace=prior.airspace,
         selection=tried.selection,
-        viewpoints=tried.flight.viewpoints,
+        viewpoints=flight.viewpoints,
         route=tried.route,
-        flight=tried.flight,
+        flight=flight,
         timeline=timeline,
         rows=rows,
         findings=(
@@ -195,6 +221,7 @@ def plan(
             *tried.flight.findings,
         ),
         timing=clock.seconds,
+        sorties=sorties,
     )
 
 
@@ -323,6 +350,16 @@ class _Attempt:
     def apart(self) -> tuple[Finding, ...]:
         """Which parts of space are separate, if that cost viewpoints."""
         return self.route.findings if self.dropped else ()
+
+    @property
+    def matches(self) -> Ints:
+        """Pairs of photos that can be matched, numbered as the flight does, shape (E, 2)."""
+        edges = self.selection.graph.edges
+        if self.dropped:
+            return edges  # the flown photos were assessed again, in flying order
+        place = np.empty(len(self.chosen), dtype=np.int64)
+        place[self.route.order[self.flight.kept]] = np.arange(len(self.chosen))
+        return np.asarray(place[edges])
 
     @property
     def covered(self) -> int:

@@ -60,3 +60,17 @@ def energy(timeline: Timeline) -> float:
     height = bezier.evaluate(timeline.path.controls[piece], parameter)[:, 2]
     climb = float(np.diff(height).clip(0.0).sum())
     return float(np.trapezoid(power(speed), t)) + WEIGHT * climb
+
+
+def climb_energy(height: float, seconds: float) -> float:
+    """Energy of a climb and the descent from it: the power of hovering, and weight times height.
+
+    Parameters
+    ----------
+    height
+        Metres.
+    seconds
+        Of climb and descent together.
+
+    """
+    return float(power(np.zeros(1))[0]) * seconds + WEIGHT * height

@@ -1,5 +1,6 @@
 """Speed along a way: as fast as its limits and the acceleration allow."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -158,3 +159,21 @@ def speed_in_bends(controls: Floats, lateral_acceleration: float) -> Floats:
     straight = bezier.hull_radius(controls) < STRAIGHT
     square[straight] = np.inf
     return np.asarray(np.maximum(np.sqrt(square), CREEP))
+
+
+def rest_to_rest(distance: float, speed: float, acceleration: float) -> float:
+    """Seconds of a straight way from rest to rest: a trapezoid, or a triangle if it is short.
+
+    Parameters
+    ----------
+    distance
+        Metres, at least 0.
+    speed
+        Largest, metres a second.
+    acceleration
+        Metres a second squared.
+
+    """
+    if distance * acceleration < speed**2:
+        return 2.0 * math.sqrt(distance / acceleration)
+    return distance / speed + speed / acceleration

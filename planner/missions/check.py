@@ -19,18 +19,13 @@ from planner.flight.path import FlightPath
 from planner.flight.sampling import sample_path
 from planner.flight.timing import Timeline, fly_in_time
 from planner.geometry import bezier
-from planner.geometry.angles import circular_difference_deg
 from planner.geometry.arrays import Floats
-from planner.missions.proof import CurveProof, LineProof, prove_distance, prove_lines
+from planner.missions.faults import SAME_METRES, curve_faults, line_faults, row_faults
 from planner.missions.records import read_json
+from planner.missions.sorties import sortie_faults
 from planner.missions.tables import read_path_table, read_viewpoints
 from planner.viewpoints.viewpoints import Viewpoints
 
-SAME_METRES = 1e-3
-SAME_SECONDS = 1e-3
-SAME_DEGREES = 1e-2
-TIGHT = 0.02
-"""How tight the bound of the lines from row to row is, as a share of ``d_min``."""
 MOST_ARRAY_BYTES = 4 * 2**30
 _DAMAGED = (
     zipfile.BadZipFile,
@@ -71,6 +66,8 @@ class Check:
         Place on those lines, near which that is: x, y, z, metres.
     line
         Line of ``path.csv`` before that place.
+    sorties
+        Number of sorties that were proven as well.
 
     """
 
@@ -86,6 +83,7 @@ class Check:
     line_clearance: float | None = None
     line_nearest: tuple[float, float, float] | None = None
     line: int = -1
+    sorties: int = 0
 
     @property
     def ok(self) -> bool:
@@ -102,6 +100,7 @@ class Check:
             f"solid (asked: {self.d_min:.3f} m; nearest in segment {self.piece}); "
             f"{self.rows} rows and {self.viewpoints} viewpoints agree, and straight lines from row "
             f"to row stay {self.line_clearance:.3f} m away"
+            + (f"; {self.sorties} sorties keep that and their limits" if self.sorties else "")
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -150,27 +149,24 @@ def check_folder(
     config = load_config(folder / "config.toml")
     viewpoints = read_viewpoints(folder / "viewpoints.csv")
     rows = read_path_table(folder / "path.csv")
+    sorties = 0
     problems = [
         *_hash_problems(folder / "scene.json", scene),
         *_viewpoint_problems(folder / "viewpoints.csv", path, viewpoints, field),
     ]
     if not problems:
-        timed = fly_in_time(path, viewpoints, limits)
-        problems += _row_problems(folder / "path.csv", timed, rows, field.d_min)
+        problems += _row_problems(folder, fly_in_time(path, viewpoints, limits), rows, field.d_min)
+        sorties, faults = sortie_faults(folder, viewpoints, field, stored, config)
+        problems += faults
     problems += _agreement_problems(folder, path, field, stored, config)
     if sealed:
         problems += _seal_problems(folder)
     # a flight of one photo has no curve: its place is proven instead
     standing = np.repeat(viewpoints.positions[:, None], 4, axis=1)
     controls = path.controls if len(path) else standing
-    solid = prove_distance(controls, field.clearance, field.d_min)
-    raw = prove_distance(controls, field.raw_distance, field.d_min)
-    zones = prove_distance(controls, stored.zones.margin, 0.0)
-    problems += _near(solid, "anything solid", field.d_min)
-    problems += _near(raw, "a point of the coarse model", field.d_min)
-    problems += _near(zones, "its zones' allowance", 0.0)
-    flown, off_line = _prove_rows(folder / "path.csv", rows, field, stored)
-    problems += off_line
+    solid, raw, zones, near = curve_faults(controls, field, stored)
+    flown, off_line = line_faults(folder / "path.csv", rows, field, stored, first_line=2)
+    problems += near + off_line
     lowest = int(np.argmin(solid.bound)) if len(controls) else -1
     zone_margin = float(zones.bound.min()) if len(controls) else np.inf
     raw_clearance = float(raw.bound.min()) if len(controls) else np.inf
@@ -187,6 +183,7 @@ def check_folder(
         line_clearance=None if flown is None else flown.bound,
         line_nearest=None if flown is None else _triple(flown.point),
         line=-1 if flown is None else flown.nearest + 2,
+        sorties=sorties,
     )
 
 
@@ -320,63 +317,15 @@ def _viewpoint_problems(
     return problems
 
 
-def _row_problems(table: Path, timeline: Timeline, rows: Floats, d_min: float) -> list[str]:
+def _row_problems(folder: Path, timeline: Timeline, rows: Floats, d_min: float) -> list[str]:
     """Whether each row of ``path.csv`` is what ``path.json`` says; names the first that is not."""
     try:
         wanted = sample_path(timeline, d_min=d_min)
     except ValueError as error:
-        raise PlannerError(f"{table.with_suffix('.json')}: {error} plan again") from None
-    both = min(len(rows), len(wanted))
-    have, want = rows[:both], wanted[:both]
-    wrong = np.abs(have[:, 0] - want[:, 0]) > SAME_SECONDS
-    wrong |= (np.abs(have[:, 1:4] - want[:, 1:4]) > SAME_METRES).any(axis=1)
-    wrong |= np.abs(circular_difference_deg(have[:, 4], want[:, 4])) > SAME_DEGREES
-    wrong |= np.abs(have[:, 5] - want[:, 5]) > SAME_DEGREES
-    wrong |= have[:, 6] != want[:, 6]
-    if wrong.any():
-        row = int(np.argmax(wrong))
-        return [
-            f"{table}: line {row + 2}: is not what path.json gives (t {have[row, 0]:.4f} s where "
-            f"{want[row, 0]:.4f} s was expected, segment {int(want[row, 6])}); "
-            "a line is missing or changed"
-        ]
-    if len(rows) != len(wanted):
-        return [f"{table}: line {both + 2}: {len(rows)} rows where path.json gives {len(wanted)}"]
-    return []
-
-
-def _prove_rows(
-    table: Path, rows: Floats, field: DistanceField, stored: StoredAirspace
-) -> tuple[LineProof | None, list[str]]:
-    """Prove the straight lines from row to row, as they are written, with a sentence a fault."""
-    if not len(rows):
-        return None, []
-    xyz, tolerance = rows[:, 1:4], TIGHT * field.d_min
-    solid = prove_lines(xyz, field.clearance, field.d_min, tolerance=tolerance)
-    raw = prove_lines(xyz, field.raw_distance, field.d_min, tolerance=tolerance)
-    zones = prove_lines(xyz, stored.zones.margin, 0.0, tolerance=tolerance)
-    problems = [
-        f"{table}: line {row + 3}: the straight line to it comes within {distance:.3f} m of "
-        f"{what}; {needed:.3f} m is asked for"
-        for proof, what, needed in (
-            (solid, "anything solid", field.d_min),
-            (raw, "a point of the coarse model", field.d_min),
-            (zones, "its zones' allowance", 0.0),
-        )
-        for row, distance in zip(proof.violated, proof.distance, strict=True)
-    ]
-    return solid, problems
+        raise PlannerError(f"{folder / 'path.json'}: {error} plan again") from None
+    return row_faults(folder / "path.csv", rows, wanted, first_line=2, source="path.json")
 
 
 def _triple(point: Floats) -> tuple[float, float, float]:
     x, y, z = (float(value) for value in point)
     return x, y, z
-
-
-def _near(proof: CurveProof, what: str, needed: float) -> list[str]:
-    """One sentence for each piece that comes too near."""
-    return [
-        f"segment {piece}: comes within {distance:.3f} m of {what} "
-        f"at ({point[0]:.2f}, {point[1]:.2f}, {point[2]:.2f}); {needed:.3f} m is asked for"
-        for piece, distance, point in zip(proof.violated, proof.distance, proof.point, strict=True)
-    ]

@@ -18,10 +18,12 @@ FILES = frozenset(
         "report.json",
         "samples.ply",
         "scene.json",
+        "sorties.csv",
+        "sorties.json",
         "viewpoints.csv",
     }
 )
-"""Every file of a plan folder; a folder with any other is somebody else's."""
+"""Every file that a plan folder may hold; a folder with any other is somebody else's."""
 
 
 def refuse_folder(target: str | Path, *, overwrite: bool) -> None:

@@ -1,6 +1,7 @@
-"""The two tables of a plan folder: ``viewpoints.csv`` and ``path.csv``."""
+"""The tables of a plan folder: ``viewpoints.csv``, ``path.csv`` and ``sorties.csv``."""
 
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from planner.viewpoints.viewpoints import Viewpoints
 
 VIEWPOINT_COLUMNS = ("index", "x", "y", "z", "dx", "dy", "dz", "yaw_deg", "pitch_deg", "kind")
 PATH_COLUMNS = ("t", "x", "y", "z", "yaw_deg", "pitch_deg", "segment")
+SORTIE_COLUMNS = ("sortie", *PATH_COLUMNS)
 MAX_ROWS = 5_000_000
 
 
@@ -64,12 +66,40 @@ def read_viewpoints(path: Path) -> Viewpoints:
 
 def write_path_table(path: Path, rows: Floats) -> None:
     """Write ``path.csv``: rows of t, x, y, z, yaw, pitch, segment, shape (n, 7)."""
-    lines = [",".join(PATH_COLUMNS)]
-    rounded = np.round(rows[:, 1:6], 4) + 0.0  # -0.0 becomes 0.0
-    lines += [
-        ",".join([f"{time:.6f}", *(f"{value:.4f}" for value in row), f"{int(segment)}"])
-        for time, row, segment in zip(rows[:, 0], rounded, rows[:, 6], strict=True)
+    _write(path, [",".join(PATH_COLUMNS), *map(_line, rows)])
+
+
+def write_sortie_table(path: Path, tables: Sequence[Floats]) -> None:
+    """Write ``sorties.csv``: the rows of each sortie as in ``path.csv``, after its number from 1.
+
+    Time starts at lift-off of each sortie.
+    """
+    lines = [
+        f"{number},{_line(row)}" for number, rows in enumerate(tables, start=1) for row in rows
     ]
+    _write(path, [",".join(SORTIE_COLUMNS), *lines])
+
+
+def read_sortie_table(path: Path) -> Floats:
+    """Read ``sorties.csv`` back, shape (n, 8); the row of line ``k`` is ``k - 2``.
+
+    Raises
+    ------
+    PlannerError
+        If a line is malformed; the message names it.
+
+    """
+    rows = [_numbers(path, line, row) for line, row in _rows(path, SORTIE_COLUMNS)]
+    return np.array(rows, dtype=np.float64).reshape(-1, len(SORTIE_COLUMNS))
+
+
+def _line(row: Floats) -> str:
+    """One row of a path as text."""
+    middle = [f"{_positive(float(value), 4):.4f}" for value in row[1:6]]
+    return ",".join([f"{row[0]:.6f}", *middle, f"{int(row[6])}"])
+
+
+def _write(path: Path, lines: list[str]) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
 
 

@@ -11,10 +11,12 @@ from planner.geometry import bezier
 from planner.missions.check import check_folder, sha256
 from planner.missions.folder import whole_folder
 from planner.missions.records import write_json, write_points
+from planner.missions.sorties import SortieLimits, write_sorties
 from planner.missions.tables import write_path_table, write_viewpoints
 from planner.report.numbers import summary, versions
 from planner.report.overview import draw_overview
 from planner.scene.cloud import PointCloud
+from planner.sorties.schedule import usable_seconds
 
 if TYPE_CHECKING:
     from planner.planning import Plan
@@ -106,6 +108,12 @@ def _write_flight(plan: "Plan", draft: Path) -> None:
         },
     )
     write_path_table(draft / "path.csv", plan.rows)
+    if plan.sorties is not None:
+        settings = plan.config.sorties
+        most = SortieLimits(usable_seconds(settings), settings.most_waypoints)
+        write_sorties(
+            draft, plan.sorties.stations, plan.sorties.flown, d_min=plan.scale.d_min, most=most
+        )
 
 
 def _write_samples(plan: "Plan", draft: Path) -> None:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.flight.energy import energy
+from planner.flight.energy import climb_energy, energy
 
 if TYPE_CHECKING:
     from planner.planning import Plan
+    from planner.sorties.schedule import Sorties
     from solvers import Result
 
 PACKAGES: tuple[str, ...] = (
@@ -114,6 +115,7 @@ def summary(plan: "Plan") -> dict[str, Any]:
             "certified_zone_margin": _finite(float(path.zone_margin.min())) if len(path) else None,
         },
         "motion": _motion(plan),
+        "sorties": None if plan.sorties is None else _sorties(plan.sorties),
         "airspace": {
             "d_min": plan.scale.d_min,
             "d_max": plan.scale.d_max,
@@ -147,6 +149,35 @@ def _motion(plan: "Plan") -> dict[str, Any]:
         "blur_px": float(speed.max(initial=0.0)) * settings.exposure_seconds / plan.scale.gsd,
         "moving_seconds": float(timeline.profile.duration.sum()),
         "energy_proxy_joules": energy(timeline),
+    }
+
+
+def _sorties(sorties: "Sorties") -> dict[str, Any]:
+    """What each flight from take-off to landing takes, and what else was found."""
+    return {
+        "count": len(sorties.flown),
+        "method": sorties.method,
+        "seconds": dict(sorties.seconds),
+        "cuts_flown": sorties.rounds,
+        "proven_optimal_for_this_order": sorties.proven,
+        "stations": [
+            {"pad": station.pad.tolist(), "entry": station.entry.tolist()}
+            for station in sorties.stations
+        ],
+        "flown": [
+            {
+                "station": sortie.number,
+                "photos": len(sortie.photos),
+                "shared": len(sortie.shared),
+                "waypoints": sortie.waypoints,
+                "duration": sortie.duration,
+                "length": sortie.length,
+                "certified_clearance": float(sortie.path.clearance.min()),
+                "energy_proxy_joules": energy(sortie.timeline)
+                + climb_energy(sortie.station.climb, 2.0 * sortie.climb_seconds),
+            }
+            for sortie in sorties.flown
+        ],
     }
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from planner.geometry.arrays import Floats, Ints, read_only
 
 ENDS = 3
-"""Waypoints that a sortie of one photo has: above take-off, the photo, above landing."""
+"""Least waypoints that a sortie has: above take-off, a photo, above landing."""
 
 TIE = 1e-9
 """Durations may exceed the endurance, seconds, by what floating-point sums may."""
@@ -31,6 +31,8 @@ class SortieProblem:
         Seconds from each photo to each station on the ground, shape (H, V).
     points
         Waypoints that a leg adds, at least 1, shape (V, V).
+    out_points, back_points
+        Waypoints that the ways from and to the stations add, at least 1, shape (H, V).
     endurance
         Seconds that a sortie may last.
     most
@@ -49,6 +51,8 @@ class SortieProblem:
     out: Floats
     back: Floats
     points: Ints
+    out_points: Ints
+    back_points: Ints
     endurance: float
     most: int | None = None
     turnaround: float = 0.0
@@ -63,10 +67,15 @@ class SortieProblem:
             object.__setattr__(self, name, read_only(getattr(self, name), shape, name=name))
             if not (getattr(self, name) >= 0.0).all():
                 raise ValueError(f"{name} must not be negative.")
-        points = read_only(self.points, (count, count), name="points", dtype=np.int64)
-        object.__setattr__(self, "points", points)
-        if count and int(points.min()) < 1:
-            raise ValueError("each leg adds at least one waypoint.")
+        for name, shape in (
+            ("points", (count, count)),
+            ("out_points", (stations, count)),
+            ("back_points", (stations, count)),
+        ):
+            points = read_only(getattr(self, name), shape, name=name, dtype=np.int64)
+            object.__setattr__(self, name, points)
+            if points.size and int(points.min()) < 1:
+                raise ValueError(f"{name}: each way adds at least one waypoint.")
         if not (self.endurance > 0.0 and self.turnaround >= 0.0):
             raise ValueError(
                 f"need endurance > 0 and turnaround >= 0, got {self.endurance}, {self.turnaround}."
@@ -82,13 +91,14 @@ class SortieProblem:
         inner = float(self.legs[photos[:-1], photos[1:]].sum())
         return float(self.out[station, photos[0]]) + inner + float(self.back[station, photos[-1]])
 
-    def waypoints(self, photos: Ints) -> int:
+    def waypoints(self, station: int, photos: Ints) -> int:
         """Waypoints of a sortie through these photos in this order."""
-        return ENDS + int(self.points[photos[:-1], photos[1:]].sum())
+        ends = self.out_points[station, photos[0]] + self.back_points[station, photos[-1]]
+        return 1 + int(ends) + int(self.points[photos[:-1], photos[1:]].sum())
 
     def allows(self, station: int, photos: Ints) -> bool:
         """Whether a sortie keeps both limits."""
-        enough = self.most is None or self.waypoints(photos) <= self.most
+        enough = self.most is None or self.waypoints(station, photos) <= self.most
         return enough and self.seconds(station, photos) <= self.endurance + TIE
 
 

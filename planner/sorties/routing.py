@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from planner.geometry.arrays import Ints
-from planner.sorties.problem import ENDS, SortieProblem, Split
+from planner.sorties.problem import SortieProblem, Split
 
 TICKS = 1000
 """Times become whole ticks, so many a second, rounded up: no limit is broken by rounding."""
@@ -86,7 +86,8 @@ def _matrices(problem: SortieProblem) -> tuple[Ints, Ints]:
     ticks = np.minimum(np.ceil(seconds * TICKS - 1e-6), 2.0**40).astype(np.int64)
     waypoints = np.zeros_like(ticks)
     waypoints[:count, :count] = problem.points
-    waypoints[count:, :count] = ENDS
+    waypoints[count:, :count] = 1 + problem.out_points
+    waypoints[:count, count:] = problem.back_points.T
     return ticks, waypoints
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from planner.geometry.arrays import Bools, Floats, Ints
-from planner.sorties.problem import ENDS, TIE, Known, SortieProblem, Split
+from planner.sorties.problem import TIE, Known, SortieProblem, Split
 
 
 def split_order(problem: SortieProblem, order: Ints, known: Known | None = None) -> Split | None:
@@ -21,7 +21,8 @@ def split_order(problem: SortieProblem, order: Ints, known: Known | None = None)
     order
         Each photo once, shape (V,).
     known
-        True seconds of some sorties, which count instead of the sums.
+        True seconds of some sorties, which count instead of the sums; if finite, these sorties
+        have no more waypoints than they may.
 
     Returns
     -------
@@ -40,13 +41,14 @@ def split_order(problem: SortieProblem, order: Ints, known: Known | None = None)
     for i in range(count):
         if not np.isfinite(best[i]):
             continue
-        enough = _enough(points[i:] - points[i], problem)
         for home in range(len(problem.out)):
+            ends = problem.out_points[home, order[i]] + problem.back_points[home, order[i:]]
+            enough = _enough(1 + ends + points[i:] - points[i], problem)
             seconds = (
                 problem.out[home, order[i]] + (run[i:] - run[i]) + problem.back[home, order[i:]]
             )
             for j, true in flown.get((home, i), ()):
-                seconds[j - i] = true
+                seconds[j - i], enough[j - i] = true, np.isfinite(true)
             allowed = enough & (seconds <= problem.endurance + TIE)
             total = np.where(allowed, best[i] + seconds + problem.turnaround, np.inf)
             better = np.flatnonzero(total < best[i + 1 :])
@@ -57,11 +59,11 @@ def split_order(problem: SortieProblem, order: Ints, known: Known | None = None)
     return _traced(order, origin, station, float(best[count]))
 
 
-def _enough(added: Ints, problem: SortieProblem) -> Bools:
-    """Whether sorties that add so many waypoints keep their limit."""
+def _enough(waypoints: Ints, problem: SortieProblem) -> Bools:
+    """Whether sorties of so many waypoints keep their limit."""
     if problem.most is None:
-        return np.ones(len(added), dtype=np.bool_)
-    return np.asarray(added + ENDS <= problem.most)
+        return np.ones(len(waypoints), dtype=np.bool_)
+    return np.asarray(waypoints <= problem.most)
 
 
 def _flown(order: Ints, known: Known) -> dict[tuple[int, int], list[tuple[int, float]]]:

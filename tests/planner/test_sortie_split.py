@@ -25,7 +25,9 @@ def random_problem(seed, count=None, stations=None):
     alone = (out + out).min(axis=0).max()
     most = int(rng.integers(ENDS, ENDS + 12)) if rng.random() < 0.7 else None
     endurance = alone * rng.uniform(1.0, 3.0)
-    return SortieProblem(legs, out, out, points, endurance, most, rng.uniform(0, 60))
+    ways = [np.where(rng.random(out.shape) < 0.1, 3, 1) for _ in range(2)]
+    most = most and max(most, 2 + int((ways[0] + ways[1]).max()))
+    return SortieProblem(legs, out, out, points, *ways, endurance, most, rng.uniform(0, 60))
 
 
 def cuts(order):
@@ -120,7 +122,7 @@ def test_the_same_numbers_give_the_same_sorties():
 def test_true_seconds_of_flown_sorties_count_instead_of_the_sums():
     legs = np.full((4, 4), 10.0)
     out = np.full((1, 4), 10.0)
-    problem = SortieProblem(legs, out, out, np.ones((4, 4)), 50.0)
+    problem = SortieProblem(legs, out, out, np.ones((4, 4)), np.ones((1, 4)), np.ones((1, 4)), 50.0)
     whole = split_order(problem, np.arange(4))
     assert [len(photos) for photos in whole.sorties] == [4]  # 50 s, just enough
     known = {(0, (0, 1, 2, 3)): np.inf}
