@@ -55,7 +55,7 @@ def main(seconds=10.0, seeds=3, sets=10_000, folder=None):
     table("Proofs", easy, ["cvxpy", "cp-sat"], [0], exact)
     table("Every element twice", twice, quick, seeds, Stop(seconds=seconds))
     table("Every element twice: proofs", twice, ["cvxpy"], [0], Stop(seconds=60 * seconds))
-    discs = [disc_instance(sets, sets * 13 // 10, 0)]
+    discs = [disc_instance(sets, sets * 13 // 10, 0, spread=spread) for spread in (0.0, 0.7)]
     table("Discs", discs, [*quick, "local-search", "cp-sat"], seeds, Stop(seconds=3 * seconds))
 
 

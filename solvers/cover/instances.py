@@ -97,7 +97,7 @@ def write_cover(path: str | Path, chosen: Chosen, *, cost: float) -> None:
 
 
 def disc_instance(
-    sets: int, elements: int, seed: int, *, hits: float = 45.0, demand: int = 2
+    sets: int, elements: int, seed: int, *, hits: float = 45.0, spread: float = 0.0, demand: int = 2
 ) -> Instance:
     """Elements are places in a square, sets the discs around others; all prices are 1.
 
@@ -111,6 +111,8 @@ def disc_instance(
         The same seed gives the same places.
     hits
         How many elements a disc holds away from the edge of the square, on average.
+    spread
+        Areas of discs lie evenly within this share of their mean, in [0, 1].
     demand
         How many distinct sets each element wants; less where there are fewer.
 
@@ -119,13 +121,15 @@ def disc_instance(
 
     rng = np.random.default_rng(seed)
     places, middles = rng.random((elements, 2)), rng.random((sets, 2))
-    radius = np.sqrt(hits / (np.pi * elements))
+    share = rng.uniform(1.0 - spread, 1.0 + spread, sets) if spread else np.ones(sets)
+    radius = np.sqrt(share * hits / (np.pi * elements))
     tree: Any = cKDTree(places)
     inside = tree.query_ball_point(middles, radius, return_sorted=True)
     owner = np.repeat(np.arange(sets), [len(held) for held in inside])
     element = np.concatenate([np.asarray(held, dtype=np.int64) for held in inside])
     problem = _problem(owner, element, (sets, elements), np.ones(sets), demand)
-    return Instance(f"discs-{sets}-{elements}-{seed}", problem)
+    kind = f"discs-{spread:g}" if spread else "discs"
+    return Instance(f"{kind}-{sets}-{elements}-{seed}", problem)
 
 
 def planted_instance(sets: int, elements: int, seed: int, *, parts: int = 20) -> Instance:

@@ -121,5 +121,7 @@ def test_made_up_covers_repeat_and_have_the_sizes_asked_for():
     assert not np.array_equal(first.indices[:50], other.indices[:50])
     assert (first.sets, first.elements) == (300, 400)
     assert 30.0 < len(first.indices) / 300 <= 45.0  # fewer at the edge
+    sizes = np.diff(disc_instance(300, 400, 0, spread=0.7).problem.indptr)
+    assert sizes.std() > 1.5 * np.diff(first.indptr).std()
     with pytest.raises(InvalidProblem, match="partition"):
         planted_instance(10, 100, 0, parts=20)
