@@ -7,6 +7,9 @@ import numpy as np
 from solvers.arrays import Floats
 from solvers.pairs.problem import PairCoverProblem
 
+_SMALL = 3_000  # hits of a problem whose rows are solved as an integer programme
+_NODES = 2_000  # of its search tree, looked at
+
 
 def lower_bound(
     problem: PairCoverProblem, *, steps: int = 100, upper: float | None = None
@@ -23,7 +26,8 @@ def lower_bound(
 
     With prices :math:`\lambda` on these rows the rest falls apart into single candidates and
     the ``wanted`` cheapest elements; every :math:`\lambda \ge 0` gives a valid bound, and
-    subgradient steps raise it. Whole prices round it up.
+    subgradient steps raise it. A small problem's rows are solved as an integer programme
+    instead, which also knows the conflicts. Whole prices round the bound up.
 
     Parameters
     ----------
@@ -40,6 +44,8 @@ def lower_bound(
     if problem.budget is not None or problem.wanted < 1:
         return 0.0
     rows, demand = _rows(problem)
+    if len(problem.indices) <= _SMALL:
+        return _rounded(problem, _programme(problem, rows, demand))
     total = float(problem.prices.sum())
     known = total if upper is None or not np.isfinite(upper) else upper
     price = np.zeros(demand.shape)
@@ -55,9 +61,39 @@ def lower_bound(
         if length == 0.0 or best >= known:
             break
         price = np.maximum(0.0, price + pace * max(known - bound, 1e-6 * known) / length * slope)
-    if (problem.prices == np.rint(problem.prices)).all():
-        best = float(np.ceil(best - 1e-6))
-    return best
+    return _rounded(problem, best)
+
+
+def _rounded(problem: PairCoverProblem, bound: float) -> float:
+    """Round up where all prices are whole."""
+    whole = (problem.prices == np.rint(problem.prices)).all()
+    return float(np.ceil(bound - 1e-6)) if whole else bound
+
+
+def _programme(problem: PairCoverProblem, rows: list[Any], demand: Floats) -> float:
+    """Bound of the integer programme of the rows: which candidates, for which elements."""
+    from scipy.optimize import Bounds, LinearConstraint, milp
+    from scipy.sparse import diags_array, hstack
+
+    sees = [hstack([row.T, -diags_array(want)]) for row, want in zip(rows, demand, strict=True)]
+    size = problem.candidates + problem.elements
+    limits = [LinearConstraint(matrix.tocsr(), 0.0, np.inf) for matrix in sees]
+    wished = np.concatenate([np.zeros(problem.candidates), problem.reachable])
+    limits.append(LinearConstraint(wished, problem.wanted, np.inf))
+    for group in problem.conflicts:
+        rivals = np.zeros(size)
+        rivals[group] = 1.0
+        limits.append(LinearConstraint(rivals, -np.inf, 1.0))
+    prices = np.concatenate([problem.prices, np.zeros(problem.elements)])
+    found = milp(
+        prices,
+        integrality=np.ones(size, dtype=np.int64),
+        bounds=Bounds(0.0, 1.0),
+        constraints=limits,
+        options={"node_limit": _NODES},
+    )
+    bound = found.mip_dual_bound
+    return max(0.0, float(bound) * (1.0 - 1e-9)) if bound is not None else 0.0
 
 
 def _rows(problem: PairCoverProblem) -> tuple[list[Any], Floats]:
