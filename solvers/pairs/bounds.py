@@ -67,7 +67,7 @@ def lower_bound(
 def _rounded(problem: PairCoverProblem, bound: float) -> float:
     """Round up where all prices are whole."""
     whole = (problem.prices == np.rint(problem.prices)).all()
-    return float(np.ceil(bound - 1e-6)) if whole else bound
+    return float(np.ceil(bound - 1e-6) + 0.0) if whole else bound
 
 
 def _programme(problem: PairCoverProblem, rows: list[Any], demand: Floats) -> float:
