@@ -57,8 +57,8 @@ class Effort:
 
 EFFORTS = {
     "quick": Effort(0.4, 0.12, 2, 4),
-    "standard": Effort(0.6, 0.6, 6, 4),
-    "best": Effort(0.9, 2.4, 12, 6),
+    "standard": Effort(0.6, 1.0, 6, 6),
+    "best": Effort(0.9, 2.5, 14, 8),
 }
 """What each effort may take; see docs for the times measured."""
 
