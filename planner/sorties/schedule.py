@@ -165,7 +165,7 @@ class _Book:
     known: dict[Key, float] = field(default_factory=dict)
     flown: dict[Key, Sortie] = field(default_factory=dict)
     ways: FreeWays | None = None
-    thought: dict[Key, tuple[float, int]] = field(default_factory=dict)
+    sharing: list[Key] = field(default_factory=list)
     rows: dict[Key, Ints] = field(default_factory=dict)
     slower: float = 0.0
     fuller: int = 0
@@ -267,10 +267,13 @@ class _Book:
 
     def times(self) -> dict[Key, float]:
         """True seconds of sorties that have been flown, and thought ones of others."""
-        most = self.problem.most
+        problem = self.problem
         thought = {
-            key: seconds + self.slower if most is None or waypoints <= most else np.inf
-            for key, (seconds, waypoints) in self.thought.items()
+            (home, photos): problem.seconds(home, self.rows[home, photos])
+            if problem.most is None
+            or problem.waypoints(home, self.rows[home, photos]) <= problem.most
+            else np.inf
+            for home, photos in self.sharing
         }
         return {**thought, **self.known}
 
@@ -284,9 +287,8 @@ class _Book:
             rows = linked(photos, self.edges, self.legs) if self.settings.connected else photos
             self.rows[key] = rows
             if len(rows) > len(photos):
-                changed, problem = True, self.problem
-                seconds = problem.seconds(key[0], rows) - self.slower
-                self.thought[key] = seconds, problem.waypoints(key[0], rows)
+                changed = True
+                self.sharing.append(key)
         return changed
 
     def reordered(self, order: Ints) -> "_Book | None":
@@ -343,6 +345,7 @@ class _Book:
         self.back[home, rows[-1]] = climb + timeline.done[-1] - timeline.depart[-1]
         pieces = np.bincount(sortie.path.leg)
         self.out_points[home, rows[0]], self.back_points[home, rows[-1]] = pieces[[0, -1]]
+        self._note(rows, timeline.done - timeline.depart, pieces)
         problem, most = self.problem, self.settings.most_waypoints
         fits = sortie.duration <= problem.endurance + TIE
         fits &= most is None or sortie.waypoints <= most
@@ -352,6 +355,14 @@ class _Book:
             self.slower = max(self.slower, late)
             self.fuller = max(self.fuller, sortie.waypoints - problem.waypoints(home, rows))
         self.flown[key] = sortie
+
+    def _note(self, rows: Ints, seconds: Floats, pieces: Ints) -> None:
+        """Note what legs take that the whole flight has not; they were only known from below."""
+        before, after = rows[:-1], rows[1:]
+        new = np.abs(after - before) != 1
+        for a, b in ((before, after), (after, before)):
+            self.legs[a[new], b[new]] = seconds[1:-1][new]
+            self.points[a[new], b[new]] = pieces[1:-1][new]
 
     def _climb(self, station: Station) -> float:
         return rest_to_rest(station.climb, self.settings.climb_speed, self.limits.acceleration)
