@@ -109,13 +109,13 @@ def test_a_station_moved_into_a_building_is_noticed(folder, planned):
 
 def test_a_curve_bent_into_a_building_is_named_with_its_sortie(folder, planned):
     roof = planned.scene.cloud.xyz[np.argmax(planned.scene.cloud.xyz[:, 2])]
-    inside = (roof - [0.0, 0.0, 15.0]).tolist()
     starts = planned.sorties.flown[1].path.controls[:, 0]
     bent = int(np.linalg.norm(starts - roof, axis=1).argmin())
 
     def bend(tree):
         piece = tree["sorties"][1]["pieces"][bent]["controls"]
-        piece[1] = piece[2] = inside
+        middle = roof - [0.0, 0.0, 2.0]
+        piece[1] = piece[2] = ((middle - np.add(piece[0], piece[3]) / 8) / 0.75).tolist()
 
     problems = spoil(folder, bend)
     assert any(problem.startswith(f"sortie 2: segment {bent}") for problem in problems)
