@@ -31,7 +31,7 @@ def power(speed: Floats) -> Floats:
             + \tfrac12 d \rho s A v^3
 
     with the aircraft of Zeng, Xu and Zhang, "Energy Minimization for Wireless Communication With
-    Rotary-Wing UAV", IEEE Transactions on Wireless Communications 18(4), 2019, Eq. 12 and table I
+    Rotary-Wing UAV", IEEE Transactions on Wireless Communications 18(4), 2019
     (doi:10.1109/TWC.2019.2902559).
 
     Parameters
