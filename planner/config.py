@@ -233,7 +233,7 @@ class RouteSettings(_Settings):
 
 
 class FlightSettings(_Settings):
-    """The curve between photos. ``handle`` is the Bezier handle as a share of the chord.
+    """The curve between photos. ``handle`` is the longest Bezier handle as a share of the chord.
 
     ``margin`` is what the flight keeps beyond d_min, metres, so that rounding in written files
     cannot use it up. ``iterations`` bounds the validity checks of each search for a way around.

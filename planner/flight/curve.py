@@ -7,14 +7,21 @@ import numpy as np
 from planner.airspace.space import Space
 from planner.config import FlightSettings
 from planner.flight.certificate import prove
+from planner.flight.handles import piece_seconds
 from planner.flight.path import CONTROL_DECIMALS, end_tangents
-from planner.flight.rounding import SHRINK, smooth_way
+from planner.flight.rounding import smooth_way
 from planner.flight.smooth import arcs, tangents, turned_along
 from planner.geometry import bezier
 from planner.geometry.arrays import Floats, Ints
 
 SWING = 0.5
 """How far a piece swings out along a tangent, as a share of the handle, or a little more."""
+
+HANDLES = (1.0, 0.75, 0.5, 0.375)
+"""Shares of the longest handle that are tried first: the one that is flown soonest leads."""
+
+SHORT = (0.25, 0.125, 0.0625, 0.03125)
+"""Shares that are tried where none of those is safe: they bend hard at their ends."""
 
 STRAIGHT = 1e-3
 """Turns smaller than this many radians are none."""
@@ -87,21 +94,30 @@ class Fitter:
         found: list[Leg | None] = [None] * len(guides)
         direct = [k for k, guide in enumerate(guides) if len(guide) == 2]
         ends = np.array([guides[k] for k in direct]).reshape(-1, 2, 3)
-        ways_in, ways_out = arriving[direct], leaving[direct]
-        for share in (*SHRINK, 0.0):
+        trials = self._by_time(ends, leaving[direct], arriving[direct])
+        for trial in trials:
             rows = [row for row, k in enumerate(direct) if found[k] is None]
             if not rows:
                 break
-            start, end = ends[rows, 0], ends[rows, 1]
-            handle = np.array(share * self.settings.handle)
-            trial = arcs(start, end, ways_out[rows], ways_in[rows], handle)
-            trial = trial if share else bezier.straight(start, end)
-            for row, leg in zip(rows, self._proven(trial), strict=True):
+            for row, leg in zip(rows, self._proven(trial[rows]), strict=True):
                 found[direct[row]] = leg
         for k, guide in enumerate(guides):
             if len(guide) > 2:
                 found[k] = self._around(guide, leaving[k], arriving[k])
         return found
+
+    def _by_time(self, ends: Floats, leaving: Floats, arriving: Floats) -> Floats:
+        """Curves to try for legs from place to place, (legs, 2, 3), shape (trials, legs, 4, 3).
+
+        For each leg the soonest flown comes first, and its chord last.
+        """
+        shares = self.settings.handle * np.array(HANDLES + SHORT)
+        trials = np.stack([arcs(ends[:, 0], ends[:, 1], leaving, arriving, h) for h in shares])
+        smooth, hard = np.split(trials, [len(HANDLES)])
+        order = piece_seconds(smooth, self.settings).argsort(axis=0, kind="stable")
+        smooth = np.take_along_axis(smooth, order[:, :, None, None], axis=0)
+        chords = bezier.straight(ends[:, 0], ends[:, 1])
+        return np.concatenate([smooth, hard, chords[None]])
 
     def _around(self, guide: Floats, leaving: Floats, arriving: Floats) -> Leg | None:
         smooth = smooth_way(guide, leaving, arriving, self.airspace, settings=self.settings)

@@ -68,7 +68,8 @@ def plan_flight(
 ) -> Flight:
     """Fly through the viewpoints in their order, along a curve proven to keep its distance.
 
-    A leg whose chord is free becomes one Bezier piece, with handles as long as the proof allows.
+    A leg whose chord is free becomes one Bezier piece, with the handles that fly it
+    soonest among those that are proven.
     A leg whose chord is blocked is led around by a motion solver that starts from the roadmap's
     way, rounded and proven; failing that it is flown along proven straight edges. Viewpoints that
     are not free themselves, or that no safe way joins to the largest group of the others, are
