@@ -158,7 +158,7 @@ def add_direct_aims(
     held = np.zeros(len(pairs), dtype=np.bool_)
     held[candidates.pair] = True
     reachable = demand.clipped(pairs.available, pairs.sides)
-    frontal = _most_frontal(pairs, held, reachable.hits)
+    frontal = most_frontal(pairs, held, reachable.hits)
     spare = np.union1d(frontal, _new_sides(pairs, held, reachable.sectors))
     if not len(spare):
         return candidates
@@ -194,7 +194,7 @@ def add_poses(
     )
 
 
-def _most_frontal(pairs: VisiblePairs, held: Bools, want: Ints) -> Ints:
+def most_frontal(pairs: VisiblePairs, held: Bools, want: Ints) -> Ints:
     """Unheld pairs to hold so that each sample is held from as many places as wanted."""
     lack = want - np.bincount(pairs.sample[held], minlength=len(want))
     spare = np.flatnonzero((lack > 0)[pairs.sample] & ~held)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -10,8 +11,8 @@ from planner.config import ViewpointSettings
 from planner.geometry.arrays import Bools, Floats, Ints
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
-from planner.viewpoints.candidates import generate_candidates
-from planner.viewpoints.pairs import visible_pairs
+from planner.viewpoints.candidates import direct_aim, generate_candidates, most_frontal
+from planner.viewpoints.pairs import VisiblePairs, visible_pairs
 from planner.viewpoints.pool import Pool
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.reconstructability import GRAZING, parallax_weight
@@ -24,10 +25,11 @@ from solvers import Result, Stop, solve
 from solvers.pairs import PairCoverProblem, chord_table
 from solvers.registry import load
 
-_FEWEST = 400  # positions to choose from, where there are so many
+_FEWEST = 200  # positions to choose from, where there are so many
 _STEP = 0.6  # voxels that a pose is moved at most, at first
 _TURN = math.radians(12.0)  # that an aim is turned at most, at first
 _SHRINK = 0.8  # of both from one refinement to the next
+_SURE = 1.001  # times the target, since the table and single precision are a little off
 _BOUND_STEPS = 60
 _KEY = 4  # of the chance in this stage
 
@@ -39,9 +41,9 @@ class Effort:
     Parameters
     ----------
     positions
-        Positions to choose from, a sample.
+        Positions to choose from, for each photo that it takes to see every sample once.
     iterations
-        Iterations of the pair solver, a sample, over all its searches.
+        Iterations of the pair solver over all its searches, for each such photo.
     refinements
         Searches after the first, each with poses beside the chosen ones added.
     copies
@@ -56,9 +58,9 @@ class Effort:
 
 
 EFFORTS = {
-    "quick": Effort(0.4, 0.12, 2, 4),
-    "standard": Effort(0.6, 1.0, 6, 6),
-    "best": Effort(0.9, 2.5, 14, 8),
+    "quick": Effort(100.0, 30.0, 2, 4),
+    "standard": Effort(150.0, 250.0, 6, 6),
+    "best": Effort(225.0, 625.0, 14, 8),
 }
 """What each effort may take; see docs for the times measured."""
 
@@ -89,6 +91,7 @@ def choose_by_pairs(
     caster: RayCaster,
     camera: Camera,
     *,
+    sharp: VisiblePairs,
     rule: SightRule,
     settings: ViewpointSettings,
     voxel: float,
@@ -106,8 +109,8 @@ def choose_by_pairs(
         Free positions, shape (V, 3), metres.
     samples, caster, camera
         What is to be photographed, what may be in the way, and the field of view.
-    rule
-        What makes a photo of a sample sharp: range, incidence and GSD.
+    sharp, rule
+        What each position sees sharply, and by which limits on range, incidence and GSD.
     settings, voxel, seed
         Target and effort; spacing of the positions, metres; root of all chance.
     airspace
@@ -115,12 +118,21 @@ def choose_by_pairs(
 
     """
     effort = EFFORTS[settings.effort]
-    enough = max(_FEWEST, round(effort.positions * len(samples)))
-    places = positions[thin_lattice(positions, spacing=voxel, limit=enough)]
     wide = wide_rule(rule, settings)
-    base = _grid_pool(places, samples, caster, camera, rule=wide, settings=settings)
-    room = free_balls(places, airspace)
-    total = settings.iterations or max(1, round(effort.iterations * len(samples)))
+
+    def grid(limit: int) -> tuple[Floats, Pool]:
+        places = positions[thin_lattice(positions, spacing=voxel, limit=limit)]
+        pool = _grid_pool(places, samples, caster, camera, rule=wide, settings=settings)
+        return places, pool
+
+    probe = grid(_FEWEST)[1]
+    layer = len(samples) * len(probe) / max(1, len(probe.sample))  # photos, each sample once
+    places, base = grid(max(_FEWEST, round(effort.positions * layer)))
+    rare = _sharp_poses(base, positions, sharp, samples, camera, rule=rule, settings=settings)
+    shown = partial(Pool.at, samples=samples, caster=caster, camera=camera, rule=wide)
+    base = base.joined(shown(*rare)) if len(rare[0]) else base
+    room = free_balls(np.concatenate([places, rare[0]]), airspace)
+    total = settings.iterations or max(1, round(effort.iterations * layer))
     rounds = min(effort.refinements, total - 1)
     pool, chosen, result = base, np.empty(0, dtype=np.int64), None
     for number in range(rounds + 1):
@@ -133,8 +145,8 @@ def choose_by_pairs(
                 copies=effort.copies,
                 seed=np.random.SeedSequence(seed, spawn_key=(_KEY, number)),
             )
-            fresh = Pool.at(*poses, samples=samples, caster=caster, camera=camera, rule=wide)
-            pool, chosen = base.joined(kept).joined(fresh), len(base) + np.arange(len(kept))
+            pool = base.joined(kept).joined(shown(*poses))
+            chosen = len(base) + np.arange(len(kept))
         problem = pair_problem(pool, samples, rule=rule, settings=settings)
         its = total * (number + 1) // (rounds + 1) - total * number // (rounds + 1)
         last = number == rounds
@@ -164,6 +176,24 @@ def _grid_pool(
         weights=1.0 / np.sqrt(np.maximum(pairs.available, 1)),
     )
     return Pool.of(candidates)
+
+
+def _sharp_poses(
+    pool: Pool,
+    positions: Floats,
+    sharp: VisiblePairs,
+    samples: SurfaceSamples,
+    camera: Camera,
+    *,
+    rule: SightRule,
+    settings: ViewpointSettings,
+) -> tuple[Floats, Floats, Floats]:
+    """Poses that look straight at samples which the pool shows sharply less often than wanted."""
+    held = np.bincount(pool.sample[_sharp(pool, rule)], minlength=len(samples))
+    lack = np.minimum(settings.sharp_views, sharp.available) - held
+    row = most_frontal(sharp, np.zeros(len(sharp), dtype=np.bool_), lack.clip(0))
+    places = positions[np.searchsorted(sharp.indptr, row, side="right") - 1]
+    return places, *direct_aim(places, samples.xyz[sharp.sample[row]], camera)
 
 
 def _search(
@@ -211,7 +241,7 @@ def pair_problem(
         1.0 - pool.distance / reference_distance(rule),
         pool.cosine,
         weights=chord_table(parallax_weight),
-        target=settings.target,
+        target=_SURE * settings.target,
         share=settings.share,
         budget=settings.budget,
         fine=_sharp(pool, rule),

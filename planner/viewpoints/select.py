@@ -97,6 +97,7 @@ def select_viewpoints(
     if covers and settings.objective == "reconstructability":
         found = choose_by_pairs(
             *(positions, samples, caster, camera),
+            sharp=pairs,
             rule=rule,
             settings=settings,
             voxel=voxel,
