@@ -12,6 +12,7 @@ from planner.geometry.arrays import Floats
 from planner.route.ways import FreeWay
 
 if TYPE_CHECKING:
+    from solvers.motion import MotionProblem
     from solvers.result import Result
 
 NEARBY = 0.3
@@ -129,10 +130,22 @@ def _search(
             step=required,
         )
         stop = Stop(iterations=checks)
-        results.append(solve(problem, settings.solver, seed=seed, stop=stop, initial=known))
+        start = known if known is not None and _holds(problem, known) else None
+        results.append(solve(problem, settings.solver, seed=seed, stop=stop, initial=start))
         if results[-1].solution is not None or apart:
             break
     return results
+
+
+def _holds(problem: "MotionProblem", way: Floats) -> bool:
+    """Whether a way that was found by other means is one by this problem's own checks."""
+    from solvers import InvalidSolution
+
+    try:
+        problem.evaluate(way)
+    except InvalidSolution:
+        return False
+    return True
 
 
 def point_is_free(point: Floats, airspace: Space, required: float, margin: float) -> bool:

@@ -9,6 +9,7 @@ from planner.config import FlightSettings
 from planner.flight import certificate, fly, repair
 from planner.flight.fly import plan_flight
 from planner.geometry import bezier
+from planner.route import ways
 
 
 def swinging_arc(solids, viewpoints_at, assert_safe):
@@ -159,3 +160,12 @@ def test_each_break_is_noticed(broken, solids, viewpoints_at, assert_safe, monke
     mutation(monkeypatch, Broken)
     with pytest.raises(AssertionError):
         case(Broken, viewpoints_at, assert_truly_safe)
+
+
+@pytest.mark.parametrize("case", [tower, mast])
+def test_a_roadmap_that_lies_costs_no_safety(case, solids, viewpoints_at, assert_safe, monkeypatch):
+    monkeypatch.setattr(ways.FreeWays, "_edge_is_free", lambda *_: True)
+    case(solids, viewpoints_at, assert_safe)
+    monkeypatch.undo()
+    monkeypatch.setattr(solids, "clearance_range", lambda _, p: (np.full(len(p), 99.0),) * 2)
+    case(solids, viewpoints_at, assert_safe)
