@@ -106,7 +106,7 @@ def list_solvers(as_json: AsJson = False) -> None:
     for row in rows:
         origin = "" if row["source"] == "built in" else f"  [{row['source']}]"
         note = "" if row["available"] else f"  (missing: {row['missing']})"
-        print(f"{row['family']:8}{row['name']:20}{row['summary']}{origin}{note}")  # noqa: T201
+        print(f"{row['family']:8}{row['name']:22}{row['summary']}{origin}{note}")  # noqa: T201
 
 
 @solvers_app.command("compare")
@@ -134,8 +134,14 @@ def compare_solvers(
     """Race solvers of FAMILY on INSTANCES and print a table: one row an instance and solver."""
     from solvers.cases import cases, entrants
     from solvers.compare import compare
+    from solvers.curves import check_format
 
+    for out in (csv, markdown, plot):
+        if out is not None and not out.absolute().parent.is_dir():
+            raise PlannerError(f"{out}: there is no such folder to write into; make it first")
     with _solver_errors(), _executor(workers) as spread:
+        if plot is not None:
+            check_format(plot)
         stop = _stop(seconds, iterations)
         racing = cases(family, instances or ()), entrants(family, solver or ())
         table = compare(

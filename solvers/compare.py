@@ -1,6 +1,8 @@
 """Race solvers against each other: every instance, every solver, every seed."""
 
 import dataclasses
+import math
+import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor
 from contextlib import suppress
@@ -9,9 +11,9 @@ from typing import Any, Protocol, TypeVar
 
 from solvers.comparison import Comparison, Trial
 from solvers.errors import InvalidProblem, SolverError
-from solvers.front import solve
+from solvers.front import FALLBACK_STOP, solve
 from solvers.problem import Problem, Solver
-from solvers.registry import families
+from solvers.registry import families, load
 from solvers.result import StopReason
 from solvers.stop import Stop
 
@@ -50,8 +52,8 @@ def compare(
 
     A solver that is missing, refuses the problem or crashes is a row with its reason; where it
     takes a process of a pool down with it, so are all runs that were not over. Who runs what
-    where changes nothing but the seconds, and these are charged for no compilation: each
-    solver first takes a step on a small problem of the family. Ctrl-C ends the race; what has
+    where changes nothing but the seconds, and these are charged for little compilation: each
+    solver first runs for a moment on a small problem of the family. Ctrl-C ends the race; what has
     been run by then is in the table.
 
     Parameters
@@ -68,8 +70,8 @@ def compare(
     stop
         Limits of each run; with none set, each solver's own default.
     best_known
-        Name of an instance -> best cost known; for those missing here and in the instances,
-        tables measure from the best cost that any solver found.
+        Name of an instance -> best cost known, instead of what the instance itself says; without
+        either, tables measure from the best cost that any solver found.
     until_best
         Whether a run also ends once it reaches the best cost known, where one is: the seconds
         are then the time to that target, and no gap changes. Needs another limit besides.
@@ -77,7 +79,7 @@ def compare(
         How to spread the runs, such as ``ProcessPoolExecutor().map``; everything that travels
         pickles if the problems do.
     listener
-        Called with every trial, in order.
+        Called with every trial that has run, in order.
 
     Raises
     ------
@@ -88,17 +90,19 @@ def compare(
     """
     cases = tuple(_cases(problems))
     entrants = _labelled(solvers)
-    seeds = tuple(seeds)
+    seeds = tuple(map(_seed, seeds))
     if not (cases and entrants and seeds):
         raise InvalidProblem(
             "a comparison needs a problem, a solver and a seed, at least one each."
         )
-    if until_best and not stop.limits:
+    if until_best and not stop.limits - {"target"}:
         raise InvalidProblem("a run until the best cost known needs another limit besides.")
     known = {case.name: case.best_known for case in cases if case.best_known is not None}
-    known.update({name: cost for name, cost in (best_known or {}).items() if name not in known})
+    known |= dict(best_known or {})
+    known = {name: _cost(name, cost) for name, cost in known.items()}
+    aim = -math.inf if stop.target is None else stop.target
     stops = {
-        case.name: dataclasses.replace(stop, target=known[case.name])
+        case.name: dataclasses.replace(stop, target=max(aim, known[case.name]))
         for case in cases
         if until_best and case.name in known
     }
@@ -137,7 +141,8 @@ class _Job:
     stop: Stop
 
 
-_warm: set[tuple[str, str]] = set()  # families and labels that have run in this process
+_warm: set[tuple[str, str]] = set()  # families and solvers that have run in this process
+_WARM_UP = 4  # runs of a second that may go into compiling
 
 
 def _trial(job: _Job) -> Trial:
@@ -150,15 +155,41 @@ def _trial(job: _Job) -> Trial:
 
 
 def _warm_up(job: _Job) -> None:
-    """Let a solver load and compile on a small problem, so that no seconds are charged for it."""
+    """Let a solver load and compile on a small problem, until a run takes less than a second."""
     from solvers.known_problems import larger_problem
 
     family = job.problem.family
-    if (family, job.label) in _warm or family not in families():
+    if (family, repr(job.solver)) in _warm or family not in families():
         return
-    _warm.add((family, job.label))
+    _warm.add((family, repr(job.solver)))
+    problem = larger_problem(family)
     with suppress(SolverError):  # the run itself will say it
-        solve(larger_problem(family), job.solver, stop=Stop(iterations=1, seconds=1.0))
+        solver = load(family, job.solver)
+        default = getattr(solver, "default_stop", FALLBACK_STOP)
+        usual = default(problem) if callable(default) else default
+        for stop in (Stop(iterations=1), *[dataclasses.replace(usual, seconds=1.0)] * _WARM_UP):
+            result = solve(problem, solver, stop=stop)
+            if result.stop_reason is StopReason.INTERRUPTED:
+                raise KeyboardInterrupt
+            if stop.seconds is not None and result.seconds < stop.seconds:
+                break
+
+
+def _seed(seed: Any) -> int:
+    try:
+        return operator.index(seed)
+    except TypeError as error:
+        raise InvalidProblem(f"a seed must be a whole number, got {seed!r}.") from error
+
+
+def _cost(name: str, cost: Any) -> float:
+    try:
+        known = float(cost)
+    except (TypeError, ValueError) as error:
+        raise InvalidProblem(f"{name}: the best cost known is no number: {cost!r}.") from error
+    if math.isnan(known):
+        raise InvalidProblem(f"{name}: the best cost known is no number: {cost!r}.")
+    return known
 
 
 def _cases(problems: Any) -> Iterator[Case]:
@@ -171,6 +202,8 @@ def _cases(problems: Any) -> Iterator[Case]:
             raise InvalidProblem(f"two instances are called {name!r}.")
         taken.add(name)
         problem = given.problem if named else given
+        if not isinstance(getattr(problem, "family", None), str):
+            raise InvalidProblem(f"instance {name!r} is no problem of any family: {problem!r}.")
         yield Case(name, problem, getattr(given, "best_known", None))
 
 
@@ -194,6 +227,6 @@ def label_of(solver: Any) -> str:
     if dataclasses.is_dataclass(solver):
         for field in dataclasses.fields(solver):
             value = getattr(solver, field.name)
-            if field.default is dataclasses.MISSING or value != field.default:
+            if field.default is dataclasses.MISSING or repr(value) != repr(field.default):
                 words.append(f"{field.name}={value}")
     return " ".join(words)

@@ -7,6 +7,7 @@ import numpy as np
 
 from solvers.arrays import Floats
 from solvers.comparison import excess
+from solvers.errors import InvalidProblem
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -57,10 +58,34 @@ def anytime(comparison: "Comparison", solver: str, axis: Axis) -> tuple[Floats, 
     return places, np.mean(gaps, axis=0)
 
 
+def check_format(path: Path) -> None:
+    """Refuse a file whose suffix is no format of a picture.
+
+    Raises
+    ------
+    InvalidProblem
+        Naming the file and the suffixes there are.
+
+    """
+    from matplotlib.backend_bases import FigureCanvasBase
+
+    known = FigureCanvasBase.get_supported_filetypes()
+    if path.suffix.removeprefix(".").lower() not in known:
+        raise InvalidProblem(f"{path}: no picture has that suffix; take one of {', '.join(known)}.")
+
+
 def draw(comparison: "Comparison", path: Path) -> None:
-    """Draw the anytime curves of every solver, over seconds and over iterations, to a file."""
+    """Draw the anytime curves of every solver, over seconds and over iterations, to a file.
+
+    Raises
+    ------
+    InvalidProblem
+        If the suffix is no format of a picture.
+
+    """
     from matplotlib.figure import Figure
 
+    check_format(path)
     figure = Figure(figsize=(10.0, 4.2), layout="constrained")
     sides: tuple[Axis, ...] = ("seconds", "iterations")
     for axes, axis in zip(figure.subplots(1, 2, sharey=True), sides, strict=True):

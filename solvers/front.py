@@ -1,6 +1,7 @@
 """The one way in: a problem and the name of a solver give a result."""
 
 import math
+import operator
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -61,8 +62,14 @@ def solve(
     family = getattr(problem, "family", None)
     if not isinstance(family, str):
         raise InvalidProblem(f"{type(problem).__name__} is not a problem of any family.")
+    try:
+        seed = operator.index(seed)
+    except TypeError as error:
+        raise InvalidProblem(f"seed must be a whole number, got {seed!r}.") from error
     if seed < 0:
         raise InvalidProblem(f"seed must be at least 0, got {seed}.")
+    if not isinstance(stop, Stop):
+        raise InvalidProblem(f"stop must be a Stop, such as Stop(seconds=5), got {stop!r}.")
     chosen: Solver = load(family, solver)
     require(chosen)
     stop = _admit(problem, chosen, stop)
@@ -123,7 +130,10 @@ def _settle(run: Run[S], status: Status, name: str) -> Result[S]:
     bound = min(bound, cost)
     if run.best is None:
         if status is not Status.INFEASIBLE:
-            status = Status.UNKNOWN
+            no_hope = bound == math.inf  # proven to be above any cost
+            status = Status.INFEASIBLE if no_hope else Status.UNKNOWN
+    elif status is Status.INFEASIBLE:
+        raise SolverFailed(f"solver {name!r} calls infeasible what it has solved at {cost}.")
     elif status is Status.OPTIMAL:
         bound = cost
     else:

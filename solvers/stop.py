@@ -38,8 +38,11 @@ class Stop:
             raise ValueError(f"seconds must be positive, got {self.seconds}.")
         for name in ("iterations", "stall"):
             count = getattr(self, name)
-            if count is not None and (count < 1 or int(count) != count):
+            if count is None:
+                continue
+            if not 1 <= count < math.inf or int(count) != count:
                 raise ValueError(f"{name} must be a whole number from 1 up, got {count}.")
+            object.__setattr__(self, name, int(count))
         if self.target is not None and math.isnan(self.target):
             raise ValueError("target must be a number, got nan.")
 

@@ -90,11 +90,14 @@ def provable(prices: Floats, bound: float) -> float:
 
 
 def price_unit(prices: Floats) -> float | None:
-    """Largest number of which all prices are multiples, to six decimals; ``None`` if none is."""
+    """Largest number of which all prices are multiples, to six decimals; ``None`` if none is.
+
+    A price that is positive and yet would count as none leaves no unit.
+    """
     largest = prices.max(initial=0.0)
     for scale in (1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6):
         scaled = scale * prices
-        if scale * largest < 2**52 and np.allclose(scaled, np.rint(scaled), rtol=1e-15, atol=1e-9):
+        if scale * largest < 2**52 and np.allclose(scaled, np.rint(scaled), rtol=1e-13, atol=0.0):
             divisor = np.gcd.reduce(np.rint(scaled).astype(np.int64), initial=0)
             return float(divisor) / scale if divisor else None
     return None

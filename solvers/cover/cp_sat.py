@@ -12,6 +12,8 @@ from solvers.cover.bounds import price_unit, quick_bound
 from solvers.cover.greedy import select
 from solvers.cover.problem import Chosen, CoverProblem
 from solvers.cover.sector_rows import sector_rows
+from solvers.interruptible import heedful
+from solvers.parameters import whole
 from solvers.result import Status, StopReason
 from solvers.run import Run
 from solvers.stop import Stop
@@ -50,6 +52,9 @@ class CpSat:
     exact: ClassVar[bool] = True
     default_stop: ClassVar[Stop] = Stop()
 
+    def __post_init__(self) -> None:
+        whole(self.workers, "workers")
+
     def run(self, problem: CoverProblem, run: Run[Chosen]) -> Status:
         """Offer each cover that the search finds; ``OPTIMAL`` or ``INFEASIBLE`` once proven."""
         run.offer(select(problem))
@@ -84,6 +89,7 @@ class CpSat:
         limits.random_seed = run.seed % 2**31
         limits.num_workers = self.workers
         limits.interleave_search = True
+        limits.catch_sigint_signal = False
         limits.max_deterministic_time = min(_ENDLESS, left * _STRIDE)
         limits.max_time_in_seconds = min(_ENDLESS, run.remaining)
 
@@ -92,10 +98,10 @@ class CpSat:
             run.iteration = int(min(last, max(run.iteration, at)))
             run.offer(np.flatnonzero([search.boolean_value(chosen) for chosen in x]))
 
-        listener = listener_of(on_solution, run)
-        status = solver.solve(model, listener)
-        if listener.interrupt is not None:
-            raise listener.interrupt
+        listener = _listener(on_solution, run)
+        status = heedful(lambda: solver.solve(model, listener), solver.stop_search)
+        if listener.failure is not None:
+            raise listener.failure
         at = before + math.ceil(solver.response_proto.deterministic_time / _STRIDE)
         run.iteration = int(min(last, max(run.iteration, at)))
         if status == cp_model.OPTIMAL:
@@ -107,22 +113,22 @@ class CpSat:
         return Status.UNKNOWN, solver.best_objective_bound
 
 
-def listener_of(heard: Callable[[Any], None], run: Run[Chosen]) -> Any:
-    """Callback of CP-SAT that keeps an interrupt for later and ends the search at a target."""
+def _listener(heard: Callable[[Any], None], run: Run[Chosen]) -> Any:
+    """Callback of CP-SAT that keeps an exception for later and ends the search at a target."""
     from ortools.sat.python import cp_model
 
     class Listener(cp_model.CpSolverSolutionCallback):  # type: ignore[misc]  # an untyped class
         """Hears of every solution."""
 
-        interrupt: KeyboardInterrupt | None = None
+        failure: BaseException | None = None
 
         def on_solution_callback(self) -> None:
             """Hear of one; no exception may cross the C++ frames below."""
             try:
                 heard(self)
                 reached = run.limit() is StopReason.TARGET
-            except KeyboardInterrupt as interrupt:
-                self.interrupt, reached = interrupt, True
+            except BaseException as failure:
+                self.failure, reached = failure, True
             if reached:
                 self.stop_search()
 

@@ -17,8 +17,8 @@ from solvers.run import Run
 class Greedy:
     """Take the set that fills the most open demand for its price, again and again.
 
-    Chvatal's heuristic (1979, doi:10.1287/moor.4.3.233) for multi-cover: within
-    ``1 + ln(largest set)`` of the optimum. Open demand counts missing hits and missing
+    Chvatal's heuristic (1979, doi:10.1287/moor.4.3.233) for multi-cover: without conflicts
+    within ``1 + ln(largest set)`` of the optimum. Open demand counts missing hits and missing
     sectors alike. Ties go to the lowest index; the only iteration is the whole selection.
     A lower bound comes with it (:func:`solvers.cover.bounds.quick_bound`).
 

@@ -65,7 +65,10 @@ def read_orlib(path: str | Path, *, demand: int = 1) -> Instance:
         except _Misfit as misfit:
             faults.append(f"as {form}, {misfit}")
             continue
-        problem = _problem(owner, element, (len(prices), elements), prices, demand)
+        try:
+            problem = _problem(owner, element, (len(prices), elements), prices, demand)
+        except InvalidProblem as error:
+            raise InvalidProblem(f"{path}: {error}") from error
         return Instance(path.stem, problem)
     raise InvalidProblem(f"{path}: fits no format of the OR-Library: {'; '.join(faults)}.")
 
@@ -226,8 +229,8 @@ def _triples(numbers: Floats) -> tuple[Floats, Ints, Ints, int]:
 def _sizes(numbers: Floats) -> tuple[int, int]:
     first, second = numbers[:2].tolist()
     for size in (first, second):
-        if not (size >= 1 and size == int(size) and size < 1e9):
-            raise _Misfit(f"{size:g} is no size")
+        if not (1 <= size <= len(numbers) and size == int(size)):  # none without a number
+            raise _Misfit(f"{size:.10g} is no size of what {len(numbers)} numbers can tell")
     return int(first), int(second)
 
 

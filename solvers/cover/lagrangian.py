@@ -12,6 +12,7 @@ from solvers.cover.greedy import select
 from solvers.cover.local_search import Search, proven
 from solvers.cover.problem import Chosen, CoverProblem
 from solvers.cover.rows import restricted, restricted_rivals, rivals_of, rows_of
+from solvers.parameters import number, whole
 from solvers.result import Status
 from solvers.run import Run
 from solvers.stop import Stop
@@ -39,8 +40,8 @@ class Lagrangian:
     steps
         Swaps in an iteration, at least 1.
     patience
-        Iterations without a better cover after which a search gives up; ten more for each
-        hundred sets chosen.
+        Iterations without a better cover after which a search gives up, at least 1; ten more
+        for each hundred sets chosen.
     noise
         Largest share by which a multiplier is perturbed, in [0, 1].
     ascent
@@ -55,6 +56,12 @@ class Lagrangian:
     name: ClassVar[str] = "lagrangian"
     requires: ClassVar[tuple[str, ...]] = ("numba", "scipy")
     default_stop: ClassVar[Stop] = Stop(iterations=1000, stall=200)
+
+    def __post_init__(self) -> None:
+        whole(self.steps, "steps")
+        whole(self.patience, "patience")
+        whole(self.ascent, "ascent")
+        number(self.noise, "noise", most=1.0)
 
     def run(self, problem: CoverProblem, run: Run[Chosen]) -> Status:
         """Offer ever cheaper covers until one is proven best or a limit ends it."""

@@ -10,6 +10,7 @@ from solvers.cover.bounds import quick_bound
 from solvers.cover.greedy import select
 from solvers.cover.problem import Chosen, CoverProblem
 from solvers.cover.rows import Rivals, Rows, columns_of, rivals_of, rows_of
+from solvers.parameters import whole
 from solvers.result import Status
 from solvers.run import Run
 from solvers.stop import Stop
@@ -36,8 +37,8 @@ class LocalSearch:
     steps
         Swaps in an iteration, at least 1.
     patience
-        Iterations without a better cover after which the other way gets its turn; ten
-        more for each hundred sets chosen.
+        Iterations without a better cover after which the other way gets its turn, at least 1;
+        ten more for each hundred sets chosen.
 
     """
 
@@ -46,6 +47,10 @@ class LocalSearch:
     name: ClassVar[str] = "local-search"
     requires: ClassVar[tuple[str, ...]] = ("numba", "scipy")
     default_stop: ClassVar[Stop] = Stop(iterations=1000, stall=200)
+
+    def __post_init__(self) -> None:
+        whole(self.steps, "steps")
+        whole(self.patience, "patience")
 
     def run(self, problem: CoverProblem, run: Run[Chosen]) -> Status:
         """Offer ever cheaper covers until a limit ends it; bounded as ``greedy`` is."""

@@ -214,9 +214,14 @@ def _hits(
     if not issparse(covers):
         if sectors is not None:
             raise InvalidProblem("with sectors, covers must be a sparse CSR matrix.")
-        covers = np.asarray(covers)
+        try:
+            covers = np.asarray(covers, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise InvalidProblem(f"covers must be a matrix of numbers: {error}") from error
         if covers.ndim != 2:
             raise InvalidProblem(f"covers must be (sets, elements), got shape {covers.shape}.")
+        if np.isnan(covers).any():
+            raise InvalidProblem("covers must hold no nan.")
         covers = covers != 0
     if sectors is None:
         plain = csr_array(covers, copy=True)

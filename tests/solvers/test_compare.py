@@ -58,10 +58,12 @@ class Needy(Crashes):
 @dataclass(frozen=True)
 class PressesCtrlC(Crashes):
     name = "presses ctrl-c"
+    early: bool = False
 
     def run(self, problem, run):
         run.offer(np.arange(problem.size))
-        raise KeyboardInterrupt
+        if self.early or problem is LINE:
+            raise KeyboardInterrupt
 
 
 def spawned(workers):
@@ -146,6 +148,45 @@ def test_ctrl_c_ends_the_race_and_keeps_what_was_run():
     assert [row.solver for row in table.rows] == ["script", "presses ctrl-c"]
     assert [trial.solver for trial in seen] == ["script", "presses ctrl-c"]
     assert table.rows[1].cost == 10
+
+
+def test_ctrl_c_while_a_solver_warms_up_ends_the_race_too():
+    table = compare({"line": LINE}, [Script(), PressesCtrlC(early=True), "nearest"])
+    assert table.interrupted
+    assert [row.solver for row in table.rows] == ["script"]
+
+
+def test_a_target_alone_does_not_end_a_race_for_the_best():
+    with pytest.raises(InvalidProblem, match="another limit"):
+        compare({"line": LINE}, ["two-opt"], stop=Stop(target=1.0), until_best=True)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"seeds": [1.5]}, "seed"),
+        ({"best_known": {"line": "many"}}, "no number"),
+        ({"best_known": {"line": np.nan}}, "no number"),
+        ({"problems": {"line": 5}}, "no problem of any family"),
+    ],
+)
+def test_bad_words_are_refused_before_the_race(change, told):
+    given = {"problems": {"line": LINE}, "solvers": ["nearest"], **change}
+    with pytest.raises(InvalidProblem, match=told):
+        compare(**given)
+
+
+def test_numbers_of_numpy_are_numbers():
+    table = compare({"line": LINE}, ["nearest"], np.arange(2), best_known={"line": np.float32(10)})
+    assert json.loads(table.json())["rows"][0]["best_known"] == 10.0
+    assert Stop(iterations=5.0).iterations == 5
+
+
+def test_outputs_that_cannot_be_written_are_refused_before_the_race(tmp_path):
+    for words in (["--csv", str(tmp_path / "no" / "x.csv")], ["--plot", str(tmp_path / "x.foo")]):
+        done = CliRunner().invoke(app, ["solvers", "compare", "tour", "random:5", *words])
+        assert isinstance(done.exception, PlannerError)
+        assert not list(tmp_path.iterdir())
 
 
 def test_csv_and_json_say_the_same_and_no_number_is_made_up():

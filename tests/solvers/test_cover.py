@@ -1,5 +1,10 @@
 """Covers small enough to work out by hand, and properties of all of them."""
 
+import signal
+import subprocess
+import sys
+import time
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,6 +13,10 @@ from scipy.sparse import csr_array
 
 from solvers import InvalidProblem, InvalidSolution, Status, Stop, solve
 from solvers.cover import CoverProblem
+from solvers.cover.cp_sat import CpSat
+from solvers.cover.cvxpy_ilp import CvxpyILP
+from solvers.cover.lagrangian import Lagrangian
+from solvers.cover.local_search import LocalSearch
 
 TRAP = np.array([[1, 1, 1, 0, 0, 0], [0, 0, 0, 1, 1, 1], [0, 1, 1, 1, 1, 0]])
 
@@ -65,10 +74,86 @@ def test_of_conflicting_sets_only_one_is_chosen(solver):
     np.testing.assert_array_equal(solve(problem, solver).solution, [0, 1])
 
 
-def test_conflicts_that_leave_no_cover_are_proven_by_the_exact_solver_alone():
+@pytest.mark.parametrize("solver", ["greedy", "cvxpy", "cp-sat", "lagrangian", "local-search"])
+def test_conflicts_that_leave_no_cover_are_proven(solver):
     problem = CoverProblem(np.eye(2), conflicts=[[0, 1]])
-    assert solve(problem, "greedy").status is Status.UNKNOWN
-    assert solve(problem, "cvxpy").status is Status.INFEASIBLE
+    result = solve(problem, solver, stop=Stop(iterations=20))
+    assert (result.status, result.solution) == (Status.INFEASIBLE, None)
+
+
+def mixed(seed, dearest, unit=1.0):
+    """A problem and the same with one dear set that would do alone, and its true optimum."""
+    rng = np.random.default_rng(seed)
+    hits = rng.random((40, 30)) < 0.15
+    hits[0] |= ~hits.any(axis=0)
+    prices = rng.integers(1, 30, 40).astype(float)
+    plain = solve(CoverProblem(hits, prices), "cp-sat").cost
+    both = np.vstack([hits, np.ones((1, 30), dtype=bool)])
+    return CoverProblem(both, unit * np.append(prices, dearest)), unit * plain
+
+
+@pytest.mark.parametrize("solver", ["cvxpy", "cp-sat", "greedy", "lagrangian", "local-search"])
+@pytest.mark.parametrize(("dearest", "unit"), [(1e8, 1), (1e12, 1), (1e11, 1e-11), (1e6, 1e-3)])
+def test_one_dear_set_among_cheap_ones_changes_neither_bound_nor_optimum(solver, dearest, unit):
+    problem, optimum = mixed(1, dearest, unit)
+    result = solve(problem, solver, stop=Stop(iterations=2000))
+    assert result.bound <= optimum * (1 + 1e-9)
+    assert result.cost >= optimum * (1 - 1e-9)
+    if solver in {"cvxpy", "cp-sat"} or result.status is Status.OPTIMAL:
+        assert result.cost == pytest.approx(optimum, rel=1e-9)
+
+
+def test_a_wide_gap_is_not_called_optimal():
+    problem, optimum = mixed(2, 1e3)
+    result = solve(problem, CvxpyILP(gap=0.9))
+    assert result.bound <= optimum <= result.cost
+    assert result.status is (Status.OPTIMAL if result.bound == result.cost else Status.FEASIBLE)
+
+
+def test_limits_reach_other_back_ends_or_are_refused():
+    problem, optimum = mixed(3, 1e3)
+    result = solve(problem, CvxpyILP(backend="scipy"), stop=Stop(seconds=30))
+    assert (result.cost, result.status) == (optimum, Status.OPTIMAL)
+    with pytest.raises(InvalidProblem, match="iterations"):
+        solve(problem, CvxpyILP(backend="SCIPY"), stop=Stop(iterations=3))
+
+
+@pytest.mark.parametrize(
+    ("solver", "fault"),
+    [
+        (CpSat, {"workers": 0}),
+        (CvxpyILP, {"gap": np.nan}),
+        (CvxpyILP, {"gap": -1.0}),
+        (Lagrangian, {"patience": 0}),
+        (Lagrangian, {"noise": 7.0}),
+        (Lagrangian, {"ascent": 2.5}),
+        (LocalSearch, {"patience": 0}),
+        (LocalSearch, {"steps": "many"}),
+    ],
+)
+def test_parameters_out_of_range_are_named(solver, fault):
+    with pytest.raises(ValueError, match=next(iter(fault))):
+        solver(**fault)
+
+
+@pytest.mark.parametrize("solver", ["cp-sat", "cvxpy"])
+def test_ctrl_c_is_heard_in_the_midst_of_foreign_code(solver):
+    code = f"""
+import numpy as np
+from solvers import Stop, solve
+from solvers.cover.instances import disc_instance
+problem = disc_instance(1500, 2000, 0).problem
+print("begun", flush=True)
+result = solve(problem, "{solver}", stop=Stop(seconds=100))
+print(result.stop_reason, result.solution is not None, result.seconds < 60)
+"""
+    command = [sys.executable, "-c", code]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout.readline() == "begun\n"
+        time.sleep(8)
+        process.send_signal(signal.SIGINT)
+        assert process.communicate(timeout=80)[0] == "interrupted True True\n"
+        assert process.returncode == 0
 
 
 def test_the_order_of_columns_does_not_mix_up_sectors():

@@ -75,6 +75,8 @@ def test_demand_and_what_the_format_cannot_say(tmp_path):
         ("3 2 5 7 1 1 1 2 9 1 2", "cannot be 9 long"),
         ("3 2 5 7 1 1 1 2 2 1 2 4", "1 numbers are left over"),
         ("0 2 5", "0 is no size"),
+        ("999999999 1 1 2 3", "999999999 is no size"),
+        ("1 1 -5 1 1", "prices must be at least"),
         ("3 2.5 5", "2.5 is no size"),
         ("3 2 5 7 1 1 1 2 2 1 1.5", "1.5 is no set"),
     ],

@@ -146,7 +146,7 @@ def test_published_optima_of_single_and_double_covers(shared_data):
     for name in ("scp41", "scp51", "scp61", "scpa1", "scpd1", "scpnre1"):
         problem = read_orlib(folder / f"{name}.txt").problem
         result = solve(problem, "lagrangian", stop=Stop(iterations=1000))
-        assert listed[name]["best_known"] <= result.cost <= 1.01 * listed[name]["best_known"]
+        assert listed[name]["best_known"] <= result.cost <= 1.02 * listed[name]["best_known"]
         assert 0.98 * lp_bound(problem) <= result.bound <= listed[name]["best_known"]
     for name in ("scp41", "scp61", "scpa1"):
         double = read_orlib(folder / f"{name}.txt", demand=2).problem
