@@ -40,7 +40,7 @@ def reason(x, airspace, mesh=FLOOR, positions=((-38.0, 0.0, 10.0),)):
     sample = ScoredSamples([[x, 0.0, 0.0]], [[0.0, 0.0, 1.0]], [0], 1.0, one, one, one)
     got = select_viewpoints(
         *(np.array(positions), mesh, sample, CAMERA),
-        settings=ViewpointSettings(),
+        settings=ViewpointSettings(objective="hits"),
         voxel=4.0,
         airspace=airspace,
         **LIMITS,

@@ -121,8 +121,9 @@ def test_a_waypoint_moved_into_a_building_is_named_with_its_clearance(folder, pl
 
 def test_a_curve_bent_into_a_building_is_named_with_segment_and_clearance(folder, planned):
     tree = read_json(folder / "path.json")
-    piece = 20
     roof = planned.scene.cloud.xyz[np.argmax(planned.scene.cloud.xyz[:, 2])]
+    ends = np.linalg.norm(planned.flight.path.controls[:, [0, 3]] - roof, axis=2)
+    piece = int(np.argmin(ends.max(axis=1)))
     tree["pieces"][piece]["controls"][1] = tree["pieces"][piece]["controls"][2] = roof.tolist()
     (folder / "path.json").write_text(json.dumps(tree))
     result = check_folder(folder)

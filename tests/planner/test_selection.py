@@ -75,7 +75,7 @@ def select(**changes):
     options = {name: changes.pop(name) for name in ("map", "seed") if name in changes}
     samples, positions = changes.pop("samples", SAMPLES), changes.pop("positions", POSITIONS)
     mesh, camera = changes.pop("mesh", MESH), changes.pop("camera", CAMERA)
-    settings = ViewpointSettings(**changes)
+    settings = ViewpointSettings(**{"objective": "hits", **changes})
     return select_viewpoints(
         positions, mesh, samples, camera, settings=settings, voxel=VOXEL, **LIMITS, **options
     )

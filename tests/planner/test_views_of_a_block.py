@@ -48,7 +48,7 @@ def blocked(start, end, triangles):
 
 def test_hits_agree_with_another_ray_caster_and_projection(block):
     mesh, samples, positions = block
-    settings = ViewpointSettings()
+    settings = ViewpointSettings(objective="hits")
     got = select_viewpoints(positions, mesh, samples, CAMERA, settings=settings, **LIMITS)
     views = got.viewpoints
     triangles = mesh.vertices[mesh.triangles]
@@ -87,7 +87,7 @@ def test_hits_agree_with_another_ray_caster_and_projection(block):
 
 def test_every_reachable_demand_is_met_and_no_view_is_needless(block):
     mesh, samples, positions = block
-    settings = ViewpointSettings()
+    settings = ViewpointSettings(objective="hits")
     got = select_viewpoints(positions, mesh, samples, CAMERA, settings=settings, **LIMITS)
     assert (got.hits >= got.wish.reachable.hits).all()
     assert (got.sectors >= got.wish.reachable.sectors).all()
@@ -105,7 +105,7 @@ def test_more_is_asked_more_is_flown(block):
     mesh, samples, positions = block
 
     def count(**changes):
-        settings = ViewpointSettings(**changes)
+        settings = ViewpointSettings(objective="hits", **changes)
         got = select_viewpoints(positions, mesh, samples, CAMERA, settings=settings, **LIMITS)
         return len(got.viewpoints)
 
