@@ -9,6 +9,7 @@ from solvers.pairs.problem import PairCoverProblem
 
 _SMALL = 3_000  # hits of a problem whose rows are solved as an integer programme
 _NODES = 2_000  # of its search tree, looked at
+_TOLERANCE = 2e-6  # of the dearest price, by which the programme's bound may be off
 
 
 def lower_bound(
@@ -67,7 +68,7 @@ def lower_bound(
 def _rounded(problem: PairCoverProblem, bound: float) -> float:
     """Round up where all prices are whole."""
     whole = (problem.prices == np.rint(problem.prices)).all()
-    return float(np.ceil(bound - 1e-6) + 0.0) if whole else bound
+    return float(np.ceil(bound - 1e-5) + 0.0) if whole else bound
 
 
 def _programme(problem: PairCoverProblem, rows: list[Any], demand: Floats) -> float:
@@ -84,7 +85,8 @@ def _programme(problem: PairCoverProblem, rows: list[Any], demand: Floats) -> fl
         rivals = np.zeros(size)
         rivals[group] = 1.0
         limits.append(LinearConstraint(rivals, -np.inf, 1.0))
-    prices = np.concatenate([problem.prices, np.zeros(problem.elements)])
+    scale = float(problem.prices.max(initial=0.0)) or 1.0  # tolerances are absolute
+    prices = np.concatenate([problem.prices / scale, np.zeros(problem.elements)])
     found = milp(
         prices,
         integrality=np.ones(size, dtype=np.int64),
@@ -93,7 +95,7 @@ def _programme(problem: PairCoverProblem, rows: list[Any], demand: Floats) -> fl
         options={"node_limit": _NODES},
     )
     bound = found.mip_dual_bound
-    return max(0.0, float(bound) * (1.0 - 1e-9)) if bound is not None else 0.0
+    return max(0.0, scale * (float(bound) - _TOLERANCE)) if bound is not None else 0.0
 
 
 def _rows(problem: PairCoverProblem) -> tuple[list[Any], Floats]:
