@@ -16,7 +16,7 @@ from planner.missions.tables import write_path_table, write_viewpoints
 from planner.report.numbers import summary, versions
 from planner.report.overview import draw_overview
 from planner.scene.cloud import PointCloud
-from planner.sorties.schedule import usable_seconds
+from planner.sorties.thought import usable_seconds
 
 if TYPE_CHECKING:
     from planner.planning import Plan

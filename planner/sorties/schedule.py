@@ -11,14 +11,15 @@ from planner.flight.fly import Flight, plan_flight
 from planner.flight.limits import Limits
 from planner.flight.profile import rest_to_rest
 from planner.flight.timing import SHORTEST, Timeline, fly_in_time
-from planner.geometry.angles import circular_difference_deg
 from planner.geometry.arrays import Floats, Ints
 from planner.route.ways import FreeWays
 from planner.sorties.choose import choose_sorties
 from planner.sorties.problem import ENDS, TIE, SortieProblem, Split
+from planner.sorties.refusals import too_far, too_winding, unreachable
 from planner.sorties.shared import linked
 from planner.sorties.sortie import Sortie, stops_of, timed_sortie
 from planner.sorties.station import Station
+from planner.sorties.thought import straight_legs, straight_seconds, usable_seconds
 from planner.viewpoints.viewpoints import Viewpoints
 
 PATIENCE = 12
@@ -177,7 +178,10 @@ class _Book:
             self.ways = FreeWays(self.airspace, margin=self.flight_settings.margin)
         views, path = self.viewpoints, self.flight.path
         count = len(views)
-        self.legs, self.points = _pairs(views, self.limits), np.ones((count, count), np.int64)
+        self.legs, self.points = (
+            straight_legs(views, self.limits),
+            np.ones((count, count), np.int64),
+        )
         done, depart = self.timeline.done[: count - 1], self.timeline.depart[: count - 1]
         pieces = np.bincount(path.leg, minlength=count)[: len(done)]
         here = np.arange(len(done))
@@ -185,8 +189,9 @@ class _Book:
             self.legs[a, b], self.points[a, b] = done - depart, pieces
         entries = np.array([station.entry for station in self.stations])
         ways = np.linalg.norm(entries[:, None] - views.positions[None], axis=2)
-        climbs = np.array([self._climb(station) for station in self.stations])[:, None]
-        self.out = climbs + self._from_rest(ways)
+        speeds = self.settings.climb_speed, self.limits.acceleration
+        climbs = np.array([[rest_to_rest(station.climb, *speeds)] for station in self.stations])
+        self.out = climbs + np.maximum(straight_seconds(ways, self.limits), SHORTEST)
         self.back = self.out.copy()
         if self.limits.stop:
             self.out = self.out + self.limits.settle_seconds
@@ -224,7 +229,7 @@ class _Book:
         alone = (self.out + self.back).min(axis=0)
         worst = int(np.argmax(alone))
         if alone[worst] > usable_seconds(self.settings) + TIE:
-            raise self._too_far(worst, self._alone(worst))
+            raise too_far(self.viewpoints.positions[worst], self._alone(worst), self.settings)
         most = self.settings.most_waypoints
         if most is not None and most < ENDS:
             raise PlannerError(
@@ -364,13 +369,6 @@ class _Book:
             self.legs[a[new], b[new]] = seconds[1:-1][new]
             self.points[a[new], b[new]] = pieces[1:-1][new]
 
-    def _climb(self, station: Station) -> float:
-        return rest_to_rest(station.climb, self.settings.climb_speed, self.limits.acceleration)
-
-    def _from_rest(self, metres: Floats) -> Floats:
-        """Least seconds of straight ways that start or end at rest."""
-        return np.maximum(_straight(metres, self.limits), SHORTEST)
-
     def _alone(self, photo: int) -> float:
         """True seconds of the fastest sortie of one photo; infinite without any safe way."""
         keys = [(home, (photo,)) for home in range(len(self.stations))]
@@ -392,55 +390,10 @@ class _Book:
             )
         )
         seconds = self._alone(worst)
-        if seconds > usable_seconds(self.settings) + TIE and np.isfinite(seconds):
-            return self._too_far(worst, seconds)
-        x, y, z = self.viewpoints.positions[worst]
+        spot = self.viewpoints.positions[worst]
         if np.isinf(seconds):
-            return PlannerError(
-                f"sorties.stations: no safe way was found from any station to the photo at "
-                f"({x:.1f}, {y:.1f}, {z:.1f}); move a station or add one"
-            )
+            return unreachable(spot)
+        if seconds > usable_seconds(self.settings) + TIE:
+            return too_far(spot, seconds, self.settings)
         needed = min(sortie.waypoints for key, sortie in self.flown.items() if key[1] == (worst,))
-        return PlannerError(
-            f"sorties.most_waypoints = {self.settings.most_waypoints}: the photo at ({x:.1f}, "
-            f"{y:.1f}, {z:.1f}) alone needs {needed}; raise it"
-        )
-
-    def _too_far(self, photo: int, seconds: float) -> PlannerError:
-        x, y, z = self.viewpoints.positions[photo]
-        settings = self.settings
-        needed = seconds / (1.0 - settings.reserve)
-        return PlannerError(
-            f"sorties.endurance_seconds = {settings.endurance_seconds:g}: the photo at ({x:.1f}, "
-            f"{y:.1f}, {z:.1f}) alone takes {seconds:.0f} s from lift-off to landing, and a "
-            f"reserve of {settings.reserve:g} leaves {usable_seconds(settings):.0f} s; "
-            f"{np.ceil(needed):.0f} s are needed"
-        )
-
-
-def usable_seconds(settings: SortieSettings) -> float:
-    """Endurance without the reserve, seconds."""
-    return settings.endurance_seconds * (1.0 - settings.reserve)
-
-
-def _pairs(views: Viewpoints, limits: Limits) -> Floats:
-    """Least seconds from photo to photo, the second included, if flown straight, shape (V, V)."""
-    spots = views.positions
-    metres = np.linalg.norm(spots[:, None] - spots[None], axis=2)
-    yaw = np.abs(circular_difference_deg(views.yaw_deg[:, None], views.yaw_deg[None]))
-    pitch = np.abs(views.pitch_deg[:, None] - views.pitch_deg[None])
-    turn = np.maximum(yaw / limits.yaw_rate_deg, pitch / limits.gimbal_rate_deg)
-    rest = limits.settle_seconds if limits.stop else 2.0 * limits.hold_seconds
-    way = _straight(metres, limits)
-    if limits.stop:
-        return np.asarray(rest + np.maximum(np.maximum(way, turn), SHORTEST))
-    return np.asarray(np.maximum(np.maximum(way, turn + rest), SHORTEST))
-
-
-def _straight(metres: Floats, limits: Limits) -> Floats:
-    """Seconds of straight ways from rest to rest, or the least where photos are flown through."""
-    speed, a = limits.speed, limits.acceleration
-    if not limits.stop:
-        return np.asarray(metres / speed)
-    short = metres * a < speed**2
-    return np.asarray(np.where(short, 2.0 * np.sqrt(metres / a), metres / speed + speed / a))
+        return too_winding(spot, needed, self.settings)

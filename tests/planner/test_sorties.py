@@ -9,9 +9,10 @@ from planner.flight.fly import plan_flight
 from planner.flight.limits import Limits
 from planner.flight.profile import rest_to_rest
 from planner.flight.timing import STATION, fly_in_time
-from planner.sorties.schedule import plan_sorties, usable_seconds
+from planner.sorties.schedule import plan_sorties
 from planner.sorties.shared import linked
 from planner.sorties.station import Station, find_stations, shortfall
+from planner.sorties.thought import usable_seconds
 
 BLOCK = [[[10, 10, 0], [30, 30, 20]]]
 
