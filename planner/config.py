@@ -181,8 +181,8 @@ class ViewpointSettings(_Settings):
     """
 
     preset: Literal["cover", "paper", "smith"] = "cover"
-    objective: Literal["hits", "reconstructability"] = "hits"
-    effort: Literal["quick", "standard", "best"] = "standard"
+    objective: Literal["hits", "reconstructability"] = "reconstructability"
+    effort: Literal["quick", "standard", "best"] = "quick"
     target: float = Field(default=4.0, gt=0.0)
     share: float = Field(default=0.98, gt=0.0, le=1.0)
     sharp_views: int = Field(default=1, ge=0, le=20)
