@@ -313,7 +313,11 @@ class Airspace:
     def _is_sky(self, points: Floats) -> Bools:
         """Tell which points are proven outside by the grid, or by the terrain beyond it."""
         sky, in_grid = self.occupancy.is_sky(points)
-        return sky if in_grid.all() else sky | (~in_grid & (points[:, 2] > self.terrain.height(points)))
+        return (
+            sky
+            if in_grid.all()
+            else sky | (~in_grid & (points[:, 2] > self.terrain.height(points)))
+        )
 
     def _walk_reaches_sky(self, point: Floats) -> bool:
         """Step away from the nearest surface until in a sky cell; no step crosses a surface."""

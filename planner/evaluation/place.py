@@ -6,9 +6,9 @@ import numpy as np
 
 from planner.airspace.airspace import Airspace, build_airspace
 from planner.airspace.candidates import candidate_positions
+from planner.attempts import camera_of
 from planner.config import Config
 from planner.geometry.arrays import Floats
-from planner.planning import camera_of
 from planner.scale import Scale, derive_scale
 from planner.scene.scene import Scene
 from planner.surface.quality import score_quality

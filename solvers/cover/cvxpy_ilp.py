@@ -151,11 +151,11 @@ def _models_of_highs() -> Iterator[list[Any]]:
             self.HandleUserInterrupt = True
             models.append(self)
 
-    highspy.Highs = Watched  # type: ignore[misc]
+    highspy.Highs = Watched
     try:
         yield models
     finally:
-        highspy.Highs = plain  # type: ignore[misc]
+        highspy.Highs = plain
 
 
 def _solve(programme: Any, backend: str, options: dict[str, Any]) -> None:
