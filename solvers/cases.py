@@ -65,7 +65,7 @@ def entrants(family: str, words: Sequence[str]) -> dict[str, str | Solver]:
     """
     found: dict[str, str | Solver] = {}
     for word in words or names(family):
-        name, *settings = shlex.split(word) or [""]
+        name, *settings = _words(word)
         try:
             solver = load(family, name, **dict(_parameter(setting) for setting in settings))
         except SolverError:
@@ -74,6 +74,13 @@ def entrants(family: str, words: Sequence[str]) -> dict[str, str | Solver]:
             solver = name
         found[word] = solver
     return found
+
+
+def _words(text: str) -> list[str]:
+    try:
+        return shlex.split(text) or [""]
+    except ValueError as error:
+        raise InvalidProblem(f"{text} is no solver with parameters: {error}.") from error
 
 
 def _named(family: str, word: str) -> Iterator[Case]:
@@ -86,7 +93,10 @@ def _named(family: str, word: str) -> Iterator[Case]:
         forms = ", ".join(f"{name}:{size}" for name, (size, _) in known.items())
         raise InvalidProblem(f"{word}: no such file, and no generator; there are {forms} (:SEED).")
     first = int(made[3] or 0)
-    for seed in range(first, int(made[4] or first) + 1):
+    last = int(made[4] or first)
+    if last < first:
+        raise InvalidProblem(f"{word}: seeds go up; write {made[1]}:{made[2]}:{last}-{first}.")
+    for seed in range(first, last + 1):
         yield known[made[1]][1](int(made[2]), seed)
 
 
@@ -128,11 +138,10 @@ def _parameter(setting: str) -> tuple[str, Any]:
 
 def _random_tour(size: int, seed: int) -> Case:
     """Places in a square of side 1000."""
-    from solvers.tour.problem import TourProblem
+    from solvers.tour.instances import random_instance
 
-    xy = 1000.0 * np.random.default_rng(seed).random((size, 2))
-    costs = np.linalg.norm(xy[:, None] - xy[None, :], axis=2)
-    return Case(f"random-{size}-{seed}", TourProblem(costs))
+    instance = random_instance(size, seed)
+    return Case(instance.name, instance.problem)
 
 
 def _random_cover(size: int, seed: int) -> Case:

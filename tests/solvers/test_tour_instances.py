@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solvers import InvalidProblem
+from solvers.cases import cases, entrants
 from solvers.tour import TourProblem
 from solvers.tour.distances import MATRICES, filled
 from solvers.tour.instances import (
@@ -201,3 +202,16 @@ def test_dice_repeat_by_seed():
     even = random_instance(300, 1).problem.costs
     nearest = [np.sort(costs, axis=1)[:, 1].mean() for costs in (crowded, even)]
     assert nearest[0] < 0.5 * nearest[1]
+
+
+def test_words_name_the_same_random_places():
+    case = cases("tour", ["random:7:3"])[0]
+    assert case.name == random_instance(7, 3).name == "random-7-3"
+    np.testing.assert_array_equal(case.problem.costs, random_instance(7, 3).problem.costs)
+
+
+def test_words_that_say_nothing_are_named():
+    with pytest.raises(InvalidProblem, match="random:5:5-2: seeds go up; write random:5:2-5"):
+        cases("tour", ["random:5:5-2"])
+    with pytest.raises(InvalidProblem, match=r'two-opt "x is no solver.*quotation'):
+        entrants("tour", ['two-opt "x'])
