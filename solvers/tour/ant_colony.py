@@ -11,13 +11,15 @@ from solvers.result import Status
 from solvers.run import Run
 from solvers.stop import Stop
 from solvers.tour.candidates import nearest_lists
-from solvers.tour.closing import closed, closed_costs, opened
+from solvers.tour.closing import closed, closing, limited, opened
 from solvers.tour.nearest import first_places, nearest_order
+from solvers.tour.parameters import check_number, check_whole
 from solvers.tour.problem import Order, TourProblem
 
 _NEAREST = 1e-6  # share of the mean cost that a step costs at least, so that visibility is finite
 _ROUNDING = 1e-10  # share of the largest cost below which a saving is no saving
 _NEIGHBOURS = 8  # of the local search
+_BATCH = 2_000_000  # steps between places, in all, between two looks at the clock
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,14 +68,12 @@ class AntColony:
     requires: ClassVar[tuple[str, ...]] = ("numba",)
 
     def __post_init__(self) -> None:
-        if self.ants is not None and self.ants < 1:
-            raise ValueError(f"ants must be at least 1, got {self.ants}.")
-        if not 0.0 <= self.persistence < 1.0 or not self.quantity > 0.0 or self.patience < 1:
-            raise ValueError(
-                f"need persistence in [0, 1), quantity > 0 and patience >= 1, got {self}."
-            )
-        if not min(self.alpha, self.beta, self.elitists) >= 0.0:
-            raise ValueError(f"alpha, beta and elitists must be at least 0, got {self}.")
+        check_whole(self, patience=1, **({} if self.ants is None else {"ants": 1}))
+        check_number(self, "alpha", "beta", "elitists")
+        check_number(self, "persistence", below=1.0)
+        check_number(self, "quantity", above=0.0)
+        if not isinstance(self.local_search, bool):
+            raise ValueError(f"local_search must be true or false, got {self.local_search!r}.")
 
     @property
     def cannot(self) -> frozenset[str]:
@@ -86,19 +86,25 @@ class AntColony:
         return Stop(iterations=max(20, min(2000, 10**8 // problem.size**3)))
 
     def run(self, problem: TourProblem, run: Run[Order]) -> Status:
-        """Offer the best tour of each cycle."""
+        """Offer a nearest-neighbour tour, and the best one of each cycle.
+
+        A limit on seconds may end a cycle early, with the ants that have walked by then.
+        """
         from solvers.tour import ant_kernels as kernels
 
         n, costs = problem.size, problem.costs
         firsts = np.fromiter(first_places(problem), dtype=np.int64)
         ants = self.ants or (min(n, 25) if self.local_search else n)
         mend = _mender(problem) if self.local_search else None
-        visible, symmetric = _visibility(costs) ** self.beta, problem.symmetric
+        visible, symmetric = _visibility(limited(problem)) ** self.beta, problem.symmetric
         trail = np.empty((n, n))
-        typical = problem.cost(nearest_order(problem, int(firsts[0]))) or 1.0
+        nearest = nearest_order(problem, int(firsts[0]))
+        typical = problem.cost(nearest) or 1.0
         end = -1 if problem.end is None else problem.end
         best = run.initial if run.initial is not None else np.empty(0, dtype=np.int64)
         least, stale = run.best_cost, 0
+        run.offer(nearest)
+        batch = max(1, _BATCH // n**2)
         trail[:] = self.quantity / typical
         while run.proceed():
             if stale >= self.patience:
@@ -106,9 +112,14 @@ class AntColony:
                 least, stale = np.inf, 0
             orders = np.empty((ants, n), dtype=np.int64)
             orders[:, 0] = firsts[run.rng.permutation(max(ants, len(firsts)))[:ants] % len(firsts)]
-            kernels.walk(trail**self.alpha * visible, orders, end, run.rng)
-            if mend is not None:
-                mend(orders)
+            pull = trail**self.alpha * visible
+            for first in range(0, ants, batch):
+                if first > 0 and run.remaining <= 0.0:
+                    orders = orders[:first]
+                    break
+                kernels.walk(pull, orders[first : first + batch], end, run.rng)
+                if mend is not None:
+                    mend(orders[first : first + batch])
             cost = kernels.lengths(costs, orders, problem.closed)
             shortest = int(cost.argmin())
             stale += 1
@@ -117,7 +128,7 @@ class AntColony:
                 if least < run.best_cost:
                     run.offer(best)
             trail *= self.persistence
-            for ant in range(ants):
+            for ant in range(len(orders)):
                 amount = self.quantity / max(cost[ant], 1e-9 * typical)
                 kernels.deposit(trail, orders[ant], amount, problem.closed, symmetric)
             amount = self.elitists * self.quantity / max(least, 1e-9 * typical)
@@ -137,9 +148,9 @@ def _mender(problem: TourProblem) -> Callable[[Ints], None]:
     """What improves orders in place, shape (ants, n)."""
     from solvers.tour.search_kernels import new_walk, settle
 
-    costs = closed_costs(problem)
+    costs, _, dearest = closing(problem)
     near = nearest_lists(costs, min(_NEIGHBOURS, len(costs) - 1))
-    least = _ROUNDING * float(problem.costs.max())
+    least = _ROUNDING * dearest
 
     def mend(orders: Ints) -> None:
         for order in orders:

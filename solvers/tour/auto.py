@@ -10,6 +10,7 @@ from solvers.tour.bounds import assignment_bound
 from solvers.tour.branch_and_bound import BranchAndBound
 from solvers.tour.iterated import IteratedLocalSearch
 from solvers.tour.limits import part
+from solvers.tour.nearest import first_places, nearest_order
 from solvers.tour.ortools_routing import OrtoolsRouting
 from solvers.tour.problem import Order, TourProblem
 
@@ -19,6 +20,7 @@ _NODE = 100  # kicks that take as long as a node
 _NODES = 1000  # nodes that the default limit leaves for a proof
 _ENOUGH = 2000  # kicks a place after which more hardly help so few places
 _ASSIGNABLE = 2000  # places up to which the bound of an asymmetric problem takes a second
+_ASSIGNMENT = 2e-9  # seconds for it, several times over, by the cube of the number of places
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,10 +36,10 @@ class Auto:
     ===================== ==================================================================
 
     The result carries the bound of Held and Karp, up to 6000 places (that of the assignment
-    problem for asymmetric costs, up to 2000). Its time counts: half a second for 1000 places,
-    and a tenth of a limit on seconds at most. An iteration is a kick or, of ``ortools``, a
-    solution; a node of ``branch-and-bound`` counts as 100. The default limit takes two seconds
-    or so for 400 places and less for fewer.
+    problem for asymmetric costs, up to 2000 and where a limit on seconds leaves time enough).
+    Its time counts: half a second for 1000 places, and a tenth of a limit on seconds at most.
+    An iteration is a kick or, of ``ortools``, a solution; a node of ``branch-and-bound`` counts
+    as 100. The default limit takes two seconds or so for 400 places and less for fewer.
     """
 
     name: ClassVar[str] = "auto"
@@ -54,7 +56,8 @@ class Auto:
     def run(self, problem: TourProblem, run: Run[Order]) -> Status:
         """Have the solver for this size run."""
         if not problem.symmetric:
-            if problem.size <= _ASSIGNABLE:
+            run.offer(nearest_order(problem, next(first_places(problem))))
+            if problem.size <= _ASSIGNABLE and _ASSIGNMENT * problem.size**3 < run.remaining:
                 run.bound = assignment_bound(problem)
             return OrtoolsRouting().run(problem, run)
         if problem.size > _PROVABLE:

@@ -10,10 +10,11 @@ from solvers.arrays import Floats
 from solvers.result import Status, StopReason
 from solvers.run import Run
 from solvers.stop import Stop
-from solvers.tour.bounds import Ascent, ascents, grain, rounded_up
-from solvers.tour.closing import closed_costs, opened, surcharge
+from solvers.tour.bounds import SAME, Ascent, ascents, grain, proves, rounded_up
+from solvers.tour.closing import Closing, closing, opened
 from solvers.tour.iterated import IteratedLocalSearch
 from solvers.tour.limits import part
+from solvers.tour.parameters import check_whole
 from solvers.tour.problem import Order, TourProblem
 
 if TYPE_CHECKING:
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
 
 _ASCENT = 1500  # steps at the root: until it comes to rest
 _EDGES_A_BATCH = 20_000  # edges times nodes between two looks at the limits
-_SAME = 1e-9  # share of the cost within which two tours cost the same
+_MOST_EDGES = 100_000  # with more, a node alone takes seconds
+_FRAMES = 256  # decisions that there is room for at first
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +34,8 @@ class BranchAndBound:
     ascent of Held and Karp then gives a bound and the few edges that a better tour can have.
     At each node the ascent goes on; edges that no better tour can have or lack are decided at
     once, and the search branches on the edge that raises both bounds most, of a few that about
-    half of the recent 1-trees had. An iteration is one kick, and later one node.
+    half of the recent 1-trees had. An iteration is one kick, and later one node. Where bound and
+    tour are so far apart that more than 100,000 edges are left, it comes to an end with them.
 
     Parameters
     ----------
@@ -62,8 +65,7 @@ class BranchAndBound:
     exact: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        if self.kicks < 0 or min(self.steps, self.tries, self.trial_steps) < 1:
-            raise ValueError(f"need kicks >= 0 and all else >= 1, got {self}.")
+        check_whole(self, kicks=0, steps=1, tries=1, trial_steps=1)
 
     def default_stop(self, problem: TourProblem) -> Stop:
         """All the kicks and 20,000 nodes."""
@@ -79,20 +81,25 @@ class BranchAndBound:
         """Go on from the incumbent of a run; a node counts as ``weight`` iterations."""
         from solvers.tour.branch_kernels import new_trees
         from solvers.tour.edge_kernels import no_decisions
-        from solvers.tour.proof_kernels import new_frames, open_bound, prove
+        from solvers.tour.proof_kernels import new_frames, open_bound, prove, with_room
 
-        unit, extra = grain(problem.costs), surcharge(problem)
-        ascent = _root(problem, run, unit)
-        if run.best_cost <= run.bound:
+        whole = closing(problem, run.best_cost)
+        unit, extra = grain(problem.costs, whole.dearest), whole.surcharge
+        ascent = _root(whole, run, unit)
+        if proves(run.bound, run.best_cost, unit):
             return Status.OPTIMAL
-        slack = 1e-6 * unit if unit > 0.0 else _SAME * run.best_cost
+        slack = 1e-6 * unit if unit > 0.0 else SAME * run.best_cost
         upper = np.array([run.best_cost + extra])
-        cutoff = upper[0] - unit + slack if unit > 0.0 else upper[0] - slack
-        edges = _edges(closed_costs(problem), ascent, cutoff)
+        done = -unit + slack if unit > 0.0 else -slack  # what a node's bound may fall short by
+        edges = _edges(whole.costs, ascent, upper[0] + done)
         decided, tour = no_decisions(edges), np.zeros(len(edges.cost), dtype=np.bool_)
-        trees, frames = new_trees(edges, ascent.prices), new_frames(edges, ascent.prices)
         if decided.left.min() < 2:
             return Status.OPTIMAL  # a better tour would lack edges
+        if len(edges.cost) > _MOST_EDGES:
+            run.stop_reason = run.limit() or StopReason.FINISHED
+            return Status.FEASIBLE
+        trees = new_trees(edges, ascent.prices)
+        frames = new_frames(_FRAMES, len(ascent.prices))
         while frames.at[0] >= 0:
             nodes = _allowed(run, len(edges.cost), weight)
             if nodes == 0 or not run.proceed():
@@ -104,20 +111,22 @@ class BranchAndBound:
                 self.steps, self.tries, self.trial_steps,
             )  # fmt: skip
             run.iteration += max(0, looked * weight - 1)
+            frames = with_room(frames)
             if upper[0] < before:
                 run.offer(opened(problem, _walked(edges, tour)))
             if frames.at[0] > 0:
-                run.bound = max(run.bound, rounded_up(open_bound(frames, upper[0]) - extra, unit))
+                left = open_bound(frames, upper[0] + done)
+                run.bound = max(run.bound, rounded_up(left - extra, unit))
         return Status.OPTIMAL
 
 
-def _root(problem: TourProblem, run: Run[Order], unit: float) -> Ascent:
+def _root(whole: Closing, run: Run[Order], unit: float) -> Ascent:
     """Bound and prices before any decision, even where no time is left."""
-    steps = ascents(problem, run.best_cost, _ASCENT)
+    steps = ascents(whole, run.best_cost, _ASCENT)
     ascent = next(steps)
     while run.remaining > 0.0 and (better := next(steps, None)) is not None:
         ascent = better
-    run.bound = max(run.bound, rounded_up(ascent.bound - surcharge(problem), unit))
+    run.bound = max(run.bound, rounded_up(ascent.bound - whole.surcharge, unit))
     return ascent
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from solvers.compiled import compiled
 from solvers.tour.edge_kernels import FREE, IN, Decisions, Edges
+from solvers.tour.one_tree_kernels import rounding
 
 Array = NDArray[Any]
 
@@ -88,7 +89,10 @@ def _find(root: Array, place: int) -> int:
 
 @compiled
 def _one_tree(edges: Edges, decided: Decisions, trees: Trees, prices: Array) -> float:
-    """Cheapest 1-tree that keeps to the decisions, by Kruskal; infinity if there is none."""
+    """Cheapest 1-tree that keeps to the decisions, by Kruskal; infinity if there is none.
+
+    Less what rounding may have added.
+    """
     n = len(prices)
     last = n - 1
     for edge in range(len(edges.cost)):
@@ -98,7 +102,7 @@ def _one_tree(edges: Edges, decided: Decisions, trees: Trees, prices: Array) -> 
     trees.degree[:] = 0
     for v in range(n):
         trees.root[v] = v
-    total, joined, ends = -2.0 * prices.sum(), 0, 0
+    total, weights, joined, ends = -2.0 * prices.sum(), 0.0, 0, 0
     for wanted in (IN, FREE):
         for edge in trees.order:
             if decided.state[edge] != wanted:
@@ -122,7 +126,10 @@ def _one_tree(edges: Edges, decided: Decisions, trees: Trees, prices: Array) -> 
             trees.degree[a] += 1
             trees.degree[b] += 1
             total += trees.weight[edge]
-    return float(total) if joined == n - 2 and ends == 2 else np.inf
+            weights += abs(trees.weight[edge])
+    if joined < n - 2 or ends < 2:
+        return np.inf
+    return float(total - rounding(prices, trees.degree, weights))
 
 
 @compiled

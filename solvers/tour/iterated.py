@@ -1,21 +1,20 @@
 """Iterated local search: 3-opt, small kicks, and less and less patience with worse tours."""
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.arrays import Floats
 from solvers.result import Status
 from solvers.run import Run
 from solvers.stop import Stop
-from solvers.tour.bounds import ascents, grain, rounded_up
+from solvers.tour.bounds import ascents, grain, proves, rounded_up
 from solvers.tour.candidates import likely_lists, nearest_lists
-from solvers.tour.closing import closed, closed_costs, opened, surcharge
+from solvers.tour.closing import Closing, closed, closing, opened, quick_upper
 from solvers.tour.limits import progress
 from solvers.tour.nearest import first_places, nearest_order
+from solvers.tour.parameters import check_number, check_whole
 from solvers.tour.problem import Order, TourProblem
 
 _ROUNDING = 1e-10  # share of the largest cost below which a saving is no saving
@@ -58,8 +57,8 @@ class IteratedLocalSearch:
     cannot: ClassVar[frozenset[str]] = frozenset({"asymmetric"})
 
     def __post_init__(self) -> None:
-        if self.neighbours < 1 or self.reach < 2 or not self.heat >= 0.0:
-            raise ValueError(f"need neighbours >= 1, reach >= 2, heat >= 0, got {self}.")
+        check_whole(self, neighbours=1, reach=2)
+        check_number(self, "heat")
 
     @staticmethod
     def default_stop(problem: TourProblem) -> Stop:
@@ -72,9 +71,11 @@ class IteratedLocalSearch:
 
         if not run.proceed():
             return Status.UNKNOWN
-        costs = closed_costs(problem)
-        near = self._prepared(problem, run, costs)
-        least = _ROUNDING * float(problem.costs.max())
+        upper = quick_upper(problem)
+        whole = closing(problem, upper)
+        costs, unit = whole.costs, grain(problem.costs, whole.dearest)
+        near = self._prepared(whole, run, upper, unit)
+        least = _ROUNDING * whole.dearest
         walk = new_walk(closed(problem, _first_order(problem, run)))
         settle(costs, near, walk, least)
         best = walk.tour.copy()
@@ -82,30 +83,32 @@ class IteratedLocalSearch:
         reach = min(self.reach, len(costs) - 2)
         cycle = self.default_stop(problem).iterations or 1
         warm = self.heat * run.best_cost / problem.size
-        while run.best_cost > run.bound and run.proceed():
+        while not (over := proves(run.bound, run.best_cost, unit)) and run.proceed():
             kicks = _allowed(run)
             heat = warm * (1.0 - progress(run, cycle))
             cost = chain(costs, near, walk, best, kicks, reach, heat, least, run.rng)
             run.iteration += kicks - 1
-            if cost - surcharge(problem) < run.best_cost:
+            if cost - whole.surcharge < run.best_cost:
                 run.offer(opened(problem, best.astype(np.int64)))
-        return Status.FEASIBLE
+        return Status.OPTIMAL if over else Status.FEASIBLE
 
-    def _prepared(self, problem: TourProblem, run: Run[Order], costs: Floats) -> NDArray[np.int32]:
+    def _prepared(
+        self, whole: Closing, run: Run[Order], upper: float, unit: float
+    ) -> NDArray[np.int32]:
         """Set the bound, and choose the neighbours."""
+        costs = whole.costs
         n = len(costs)
         count = min(self.neighbours, n - 1)
         if n > _LARGEST_ASCENT:
             return nearest_lists(costs, count)
-        upper = problem.cost(nearest_order(problem, next(first_places(problem))))
-        bound, prices = -math.inf, np.zeros(n)
+        bound, prices = 0.0, np.zeros(n)
         share = 0.1 * run.remaining  # infinite where time is no limit, and then never reached
         begun = run.elapsed
-        for ascent in ascents(problem, upper, int(min(300, max(20, _ASCENT_WORK / n**2)))):
-            bound, prices = ascent.bound - surcharge(problem), ascent.prices
+        for ascent in ascents(whole, upper, int(min(300, max(20, _ASCENT_WORK / n**2)))):
+            bound, prices = ascent.bound - whole.surcharge, ascent.prices
             if run.elapsed - begun > share:
                 break
-        run.bound = max(run.bound, rounded_up(bound, grain(problem.costs)))
+        run.bound = max(run.bound, rounded_up(bound, unit))
         return likely_lists(costs, prices, count, max(1, (2 * count) // 3))
 
 

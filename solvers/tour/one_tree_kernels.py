@@ -16,6 +16,8 @@ from solvers.compiled import compiled
 
 Array = NDArray[Any]
 
+_EPSILON = 2.0**-52  # of a float
+
 
 class OneTree(NamedTuple):
     """The cheapest 1-tree found last, and room to find the next."""
@@ -39,10 +41,26 @@ def new_one_tree(n: int) -> OneTree:
 
 
 @compiled
+def rounding(prices: Array, degree: Array, weights: float) -> float:
+    """Most that rounding may have added to the sum of a 1-tree less all prices twice.
+
+    ``weights`` is the sum of its edges' absolute costs with prices. Twice the usual bound for
+    sums of n + 8 numbers, and the slips in comparing edges, whose terms are up to four prices.
+    """
+    n = len(prices)
+    size, largest = weights, 0.0
+    for v in range(n):
+        price = abs(prices[v])
+        size += 2.0 * (degree[v] + 1.0) * price
+        largest = max(largest, price)
+    return float(_EPSILON * ((n + 8.0) * size + 8.0 * n * largest))
+
+
+@compiled
 def one_tree(costs: Array, prices: Array, tree: OneTree) -> float:
     """Cheapest 1-tree with prices added at both ends of each edge; its cost less all prices twice.
 
-    Prim's algorithm, n^2 steps.
+    Less what rounding may have added, too. Prim's algorithm, n^2 steps.
     """
     parent, degree, reach, rest, joined = tree
     last = len(costs) - 1
@@ -53,7 +71,7 @@ def one_tree(costs: Array, prices: Array, tree: OneTree) -> float:
         reach[k + 1] = costs[0, k + 1] + prices[0]
         parent[k + 1] = 0
     joined[0] = 0
-    total = 0.0
+    total, weights = 0.0, 0.0
     while left > 0:
         at, place = 0, rest[0]
         least = reach[place] + prices[place]
@@ -63,6 +81,7 @@ def one_tree(costs: Array, prices: Array, tree: OneTree) -> float:
             if cost < least:
                 at, place, least = k, v, cost
         total += least
+        weights += abs(least)
         degree[place] += 1
         degree[parent[place]] += 1
         joined[last - left] = place
@@ -86,9 +105,11 @@ def one_tree(costs: Array, prices: Array, tree: OneTree) -> float:
     degree[first] += 1
     degree[second] += 1
     parent[last], parent[0] = first, second
-    total += costs[last, first] + prices[first] + costs[last, second] + prices[second]
-    total += 2.0 * prices[last]
-    return float(total - 2.0 * prices.sum())
+    for v in (first, second):
+        cost = costs[last, v] + prices[v] + prices[last]
+        total += cost
+        weights += abs(cost)
+    return float(total - 2.0 * prices.sum() - rounding(prices, degree, weights))
 
 
 @compiled

@@ -11,6 +11,7 @@ from solvers.errors import InvalidProblem
 from solvers.result import Status, StopReason
 from solvers.run import Run
 from solvers.stop import Stop
+from solvers.tour.closing import limited
 from solvers.tour.problem import Order, TourProblem
 
 _LARGEST = 2.0**36  # integer that the largest cost becomes: room for penalties in 63 bits
@@ -38,6 +39,12 @@ class OrtoolsRouting:
     first_solution: str = "PATH_CHEAPEST_ARC"
     name: ClassVar[str] = "ortools"
     requires: ClassVar[tuple[str, ...]] = ("ortools",)
+
+    def __post_init__(self) -> None:
+        for name in ("metaheuristic", "first_solution"):
+            value = getattr(self, name)
+            if not isinstance(value, str):
+                raise ValueError(f"{name} must be a name, got {value!r}.")
 
     @staticmethod
     def default_stop(problem: TourProblem) -> Stop:
@@ -113,8 +120,9 @@ def _depots(problem: TourProblem) -> tuple[Ints, int, int]:
     A free end becomes the place n, which is not there and costs nothing to go to.
     """
     n = problem.size
-    largest = float(problem.costs.max())
-    scaled = np.rint(problem.costs / largest * _LARGEST) if largest > 0.0 else problem.costs
+    legs = limited(problem)
+    largest = float(legs.max())
+    scaled = np.rint(legs / largest * _LARGEST) if largest > 0.0 else legs
     if problem.closed:
         depot = problem.start or 0
         return scaled.astype(np.int64), depot, depot

@@ -12,6 +12,7 @@ from solvers.run import Run
 from solvers.stop import Stop
 from solvers.tour.limits import progress
 from solvers.tour.nearest import first_places
+from solvers.tour.parameters import check_number, check_whole
 from solvers.tour.problem import Order, TourProblem
 
 
@@ -51,10 +52,9 @@ class ParticleSwarm:
     requires: ClassVar[tuple[str, ...]] = ("numba",)
 
     def __post_init__(self) -> None:
-        if self.particles < 2 or self.patience < 1 or not self.pull > 0.0:
-            raise ValueError(f"need particles >= 2, patience >= 1 and pull > 0, got {self}.")
-        if not (0.0 <= self.inertia <= 1.0 and 0.0 <= self.last_inertia <= 1.0):
-            raise ValueError(f"inertia must lie in [0, 1], got {self}.")
+        check_whole(self, particles=2, patience=1)
+        check_number(self, "pull", above=0.0)
+        check_number(self, "inertia", "last_inertia", most=1.0)
 
     @staticmethod
     def default_stop(problem: TourProblem) -> Stop:

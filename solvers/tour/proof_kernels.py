@@ -15,7 +15,7 @@ Array = NDArray[Any]
 
 
 class Frames(NamedTuple):
-    """The branch under way: one frame a decision, deepest last."""
+    """The branch under way: one frame a decision, deepest last; room for so many."""
 
     prices: Array
     """Prices of the places at the node, (most, n)."""
@@ -33,11 +33,10 @@ class Frames(NamedTuple):
     """Depth, or -1 at the end; 1 where the node at that depth is still to be looked at, (2,)."""
 
 
-def new_frames(edges: Edges, prices: Array) -> Frames:
-    """Only the root, still to be looked at; memory is taken as the branch grows."""
-    most = len(edges.cost) + 1
+def new_frames(most: int, places: int) -> Frames:
+    """Only the root, still to be looked at."""
     return Frames(
-        np.empty((most, len(prices))),
+        np.empty((most, places)),
         np.empty(most),
         np.empty(most, dtype=np.int32),
         np.empty(most, dtype=np.int8),
@@ -45,6 +44,18 @@ def new_frames(edges: Edges, prices: Array) -> Frames:
         np.empty(most, dtype=np.int64),
         np.array([0, 1], dtype=np.int64),
     )
+
+
+def with_room(frames: Frames) -> Frames:
+    """The same branch, or a copy with twice the room if it is full."""
+    most, places = frames.prices.shape
+    if frames.at[0] < most:
+        return frames
+    larger = new_frames(2 * most, places)
+    for old, new in zip(frames[:-1], larger[:-1], strict=True):
+        new[:most] = old
+    larger.at[:] = frames.at
+    return larger
 
 
 @compiled
@@ -126,7 +137,8 @@ def prove(
     Parameters
     ----------
     edges, decided, trees, frames
-        Where the search stands; ``frames.at[0]`` is -1 once it is over.
+        Where the search stands; ``frames.at[0]`` is -1 once it is over. It also comes back
+        where ``frames`` is full.
     upper
         Cost of the best tour known, lowered when a better one is found, shape (1,).
     tour
@@ -147,7 +159,7 @@ def prove(
         depth = frames.at[0]
         cutoff = upper[0] - grain + slack if grain > 0.0 else upper[0] - slack
         if frames.at[1] == 1:
-            if looked == nodes:
+            if looked == nodes or depth == len(frames.bound):
                 return looked
             looked += 1
             frames.at[1] = 0

@@ -10,8 +10,9 @@ from solvers.result import Status
 from solvers.run import Run
 from solvers.stop import Stop
 from solvers.tour.candidates import nearest_lists
-from solvers.tour.closing import closed, closed_costs, opened
+from solvers.tour.closing import closed, closing, opened
 from solvers.tour.nearest import first_places, nearest_order
+from solvers.tour.parameters import check_whole
 from solvers.tour.problem import Order, TourProblem
 
 _ROUNDING = 1e-10  # share of the largest cost below which a saving is no saving
@@ -38,16 +39,15 @@ class TwoOpt:
     default_stop: ClassVar[Stop] = Stop(iterations=10)
 
     def __post_init__(self) -> None:
-        if self.neighbours < 1:
-            raise ValueError(f"neighbours must be at least 1, got {self.neighbours}.")
+        check_whole(self, neighbours=1)
 
     def run(self, problem: TourProblem, run: Run[Order]) -> Status:
         """Offer the end of each descent."""
         from solvers.tour import kernels
 
-        costs = closed_costs(problem)
+        costs, _, dearest = closing(problem)
         near = nearest_lists(costs, min(self.neighbours, len(costs) - 1))
-        least = _ROUNDING * float(problem.costs.max())
+        least = _ROUNDING * dearest
         for order in _first_orders(problem, run):
             if not run.proceed():
                 break

@@ -13,10 +13,13 @@ from hypothesis import strategies as st
 from solvers import InvalidProblem, Status, Stop, StopReason, solve
 from solvers.errors import SolverUnavailable
 from solvers.registry import load, missing
-from solvers.tour import TourProblem
+from solvers.run import Run
+from solvers.tour import TourProblem, ant_colony, ant_kernels
+from solvers.tour.ant_colony import AntColony
 from solvers.tour.bounds import held_karp_bound
 from solvers.tour.candidates import likely_lists, nearest_lists
 from solvers.tour.instances import random_instance, read_tsplib
+from solvers.tour.nearest import nearest_order
 from solvers.tour.search_kernels import chain, new_walk, settle
 
 SEARCHES = ("auto", "iterated-local-search", "ant-colony", "particle-swarm", "christofides")
@@ -198,11 +201,68 @@ def test_a_limit_on_seconds_is_kept_with_a_bound():
         ("particle-swarm", {"particles": 1}),
         ("particle-swarm", {"inertia": 2.0}),
         ("branch-and-bound", {"steps": 0}),
+        ("branch-and-bound", {"kicks": 1.5}),
+        ("two-opt", {"neighbours": 2.5}),
+        ("two-opt", {"neighbours": "abc"}),
+        ("two-opt", {"neighbours": True}),
+        ("iterated-local-search", {"neighbours": None}),
+        ("iterated-local-search", {"heat": float("inf")}),
+        ("ant-colony", {"ants": "many"}),
+        ("ant-colony", {"alpha": float("nan")}),
+        ("ant-colony", {"quantity": 0.0}),
+        ("ant-colony", {"local_search": 1}),
+        ("particle-swarm", {"last_inertia": "0.5"}),
+        ("particle-swarm", {"pull": float("nan")}),
+        ("ortools", {"metaheuristic": 3}),
     ],
 )
 def test_parameters_out_of_range_are_refused(solver, wrong):
-    with pytest.raises(InvalidProblem, match="refuses its parameters"):
+    with pytest.raises(InvalidProblem, match=f"refuses its parameters: {next(iter(wrong))} must"):
         load("tour", solver, **wrong)
+
+
+def test_whole_numbers_of_any_kind_are_parameters():
+    solver = load("tour", "ant-colony", ants=np.int64(3), alpha=1, beta=np.float64(2.0))
+    assert solve(random_instance(8, 0).problem, solver, stop=Stop(iterations=2)).refused == 0
+
+
+@pytest.mark.parametrize("local_search", [False, True])
+def test_ants_in_batches_walk_as_all_at_once(monkeypatch, local_search):
+    problem, solver = random_instance(40, 2).problem, AntColony(local_search=local_search)
+    whole = solve(problem, solver, seed=4, stop=Stop(iterations=8))
+    monkeypatch.setattr(ant_colony, "_BATCH", 3 * 40**2)
+    batches = solve(problem, solver, seed=4, stop=Stop(iterations=8))
+    np.testing.assert_array_equal(whole.solution, batches.solution)
+    assert [(p.iteration, p.cost) for p in whole.trace] == [
+        (p.iteration, p.cost) for p in batches.trace
+    ]
+    generous = solve(problem, solver, seed=4, stop=Stop(iterations=8, seconds=1000.0))
+    np.testing.assert_array_equal(whole.solution, generous.solution)
+
+
+@pytest.mark.parametrize("local_search", [False, True])
+def test_time_may_end_a_cycle_of_ants_early(monkeypatch, local_search):
+    """The clock is over once two batches of one ant have walked."""
+    looks = itertools.count()
+    monkeypatch.setattr(ant_colony, "_BATCH", 1)
+    monkeypatch.setattr(Run, "remaining", property(lambda _: 1.0 if next(looks) < 2 else 0.0))
+    walked, lengths = [], ant_kernels.lengths
+    monkeypatch.setattr(
+        ant_kernels, "lengths", lambda *given: walked.append(len(given[1])) or lengths(*given)
+    )
+    solver = AntColony(local_search=local_search)
+    result = solve(random_instance(30, 1).problem, solver, stop=Stop(seconds=1.0))
+    assert walked == [2]
+    assert result.stop_reason is StopReason.TIME
+    assert (result.iterations, result.refused) == (1, 0)
+    assert result.trace[0].iteration == 0  # the nearest-neighbour tour
+
+
+def test_one_way_streets_have_an_order_before_all_else():
+    problem = TourProblem(np.random.default_rng(0).random((400, 400)))
+    result = solve(problem, "auto", stop=Stop(seconds=1e-6))
+    assert result.cost <= problem.cost(nearest_order(problem, 0))
+    assert result.stop_reason is StopReason.TIME
 
 
 def test_fast_tsp_says_how_to_install_it():
