@@ -187,7 +187,7 @@ def test_a_limit_on_seconds_is_kept_with_a_bound():
     solve(problem, "auto", stop=Stop(iterations=1))
     result = solve(problem, "auto", stop=Stop(seconds=0.5))
     assert result.stop_reason is StopReason.TIME
-    assert result.bound > 0.9 * result.cost
+    assert result.bound > 0.8 * result.cost  # after the first steps of the ascent
 
 
 @pytest.mark.parametrize(
