@@ -83,7 +83,8 @@ class BranchAndBound:
         from solvers.tour.edge_kernels import no_decisions
         from solvers.tour.proof_kernels import new_frames, open_bound, prove, with_room
 
-        whole = closing(problem, run.best_cost)
+        first = run.best_cost
+        whole = closing(problem, first)
         unit, extra = grain(problem.costs, whole.dearest), whole.surcharge
         ascent = _root(whole, run, unit)
         if proves(run.bound, run.best_cost, unit):
@@ -114,6 +115,8 @@ class BranchAndBound:
             frames = with_room(frames)
             if upper[0] < before:
                 run.offer(opened(problem, _walked(edges, tour)))
+                if run.best_cost < 0.5 * first:  # its numbers can be told apart far better
+                    return self.prove(problem, run, weight=weight)
             if frames.at[0] > 0:
                 left = open_bound(frames, upper[0] + done)
                 run.bound = max(run.bound, rounded_up(left - extra, unit))

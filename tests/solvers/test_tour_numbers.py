@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solvers import Status, Stop, solve
+from solvers.registry import load
 from solvers.tour import TourProblem
 from solvers.tour.bounds import assignment_bound, grain, held_karp_bound, proves, rounded_up
 from solvers.tour.closing import closing, limited, quick_upper
@@ -60,6 +61,28 @@ def test_dear_legs_leave_proofs_and_bounds_true(seed, n, dear, legs, ends):
     assert 0.0 <= held_karp_bound(problem) <= best
     assert 0.0 <= held_karp_bound(problem, upper=0.5 * best) <= best
     assert 0.0 <= assignment_bound(problem) <= best
+
+
+@given(st.integers(0, 10**6), st.integers(4, 7), st.sampled_from(ENDS))
+@settings(max_examples=60, deadline=None)
+def test_proofs_hold_however_dear_the_first_tour_was(seed, n, ends):
+    """Costs over twenty orders of magnitude, and no kick that would mend the first tour."""
+    costs = np.triu(np.exp(np.random.default_rng(seed).normal(0.0, 12.0, (n, n))), 1)
+    problem = TourProblem(costs + costs.T, **ends)
+    result = solve(problem, load("tour", "branch-and-bound", kicks=0), seed=seed)
+    assert result.status is Status.OPTIMAL
+    assert result.cost <= by_trying_everything(problem) * (1.0 + 1e-9)
+
+
+def test_a_proof_that_begins_with_a_dear_tour_ends_with_the_cheapest():
+    """The first tour costs 6e10, which blurs what is between 7 and 0.09."""
+    rng = np.random.default_rng(1724)
+    n = int(rng.integers(4, 9))
+    costs = np.triu(np.exp(rng.normal(0.0, 12.0, (n, n))), 1)
+    problem = TourProblem(costs + costs.T, closed=False, start=0)
+    result = solve(problem, load("tour", "branch-and-bound", kicks=0), seed=1724)
+    assert result.trace[0].cost > 1e10
+    assert result.cost == pytest.approx(by_trying_everything(problem), rel=1e-9)
 
 
 @given(st.integers(0, 10**6), st.integers(4, 7), LARGE, st.integers(1, 8), st.sampled_from(ENDS))
