@@ -1,6 +1,5 @@
 """Settings of a plan: one frozen model a stage, strict TOML in and out."""
 
-import json
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from planner.errors import PlannerError
+from planner.toml_text import toml_of
 
 _Corner = tuple[float, float]
 
@@ -300,7 +300,7 @@ class Config(_Settings):
 
     def to_toml(self) -> str:
         """Every setting as TOML; settings that are ``None`` are left out (they are derived)."""
-        return _toml_of(self.model_dump(mode="json", exclude_none=True))
+        return toml_of(self.model_dump(mode="json", exclude_none=True))
 
 
 def load_config(path: str | Path | None = None, overrides: Sequence[str] = ()) -> Config:
@@ -379,25 +379,3 @@ def _first_fault(error: ValidationError) -> str:
         )
         return f"unknown setting {where}; known here: {known}"
     return f"setting {where} = {fault['input']!r} is refused ({fault['msg']}); change or remove it"
-
-
-def _toml_of(tree: dict[str, Any]) -> str:
-    """Write nested dicts of plain values as TOML, tables last as TOML wants it."""
-    lines = [
-        f"{key} = {_value(value)}" for key, value in tree.items() if not isinstance(value, dict)
-    ]
-    for key, table in tree.items():
-        if isinstance(table, dict):
-            lines += ["", f"[{key}]"]
-            lines += [f"{name} = {_value(value)}" for name, value in table.items()]
-    return "\n".join(lines) + "\n"
-
-
-def _value(value: Any) -> str:
-    """One TOML value; a dict becomes an inline table."""
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{key} = {_value(item)}" for key, item in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_value, value)) + "]"
-    # TOML's text, numbers and booleans are JSON's, but for surrogate pairs and the delete character
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -306,18 +306,15 @@ class Airspace:
 
     def _sides(self, points: Floats, distance: Floats) -> Ints:
         """Side of points so far from surfaces and obstacles, as :meth:`_measure` tells it."""
-        side = np.where(self._is_sky(points), 1, -1)
-        side[(side < 0) & (distance <= self.occupancy.blur)] = 0
-        return side
+        near = np.where(distance <= self.occupancy.blur, 0, -1)
+        return np.where(self._is_sky(points), 1, near)
 
     def _is_sky(self, points: Floats) -> Bools:
         """Tell which points are proven outside by the grid, or by the terrain beyond it."""
         sky, in_grid = self.occupancy.is_sky(points)
-        return (
-            sky
-            if in_grid.all()
-            else sky | (~in_grid & (points[:, 2] > self.terrain.height(points)))
-        )
+        if in_grid.all():
+            return sky
+        return sky | (~in_grid & (points[:, 2] > self.terrain.height(points)))
 
     def _walk_reaches_sky(self, point: Floats) -> bool:
         """Step away from the nearest surface until in a sky cell; no step crosses a surface."""
