@@ -180,7 +180,8 @@ def attempt(
                 ways=ways,
             )
             chosen = chosen.take(route.order)
-            clock.tell(f"length {route.way_length:.0f} m, switching cost {route.cost:.3f}")
+            unit = " s" if config.route.cost == "seconds" else ""
+            clock.tell(f"length {route.way_length:.0f} m, switching cost {route.cost:.3f}{unit}")
         with clock.stage("flight"):
             flight = plan_flight(
                 chosen,

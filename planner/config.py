@@ -223,7 +223,7 @@ class RouteSettings(_Settings):
     tours are made, in at most ``rounds`` solutions.
     """
 
-    cost: Literal["paper", "seconds"] = "paper"
+    cost: Literal["paper", "seconds"] = "seconds"
     solver: str = "two-opt"
     iterations: int | None = Field(default=None, ge=1)
     start: tuple[float, float, float] | None = None

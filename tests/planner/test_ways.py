@@ -129,8 +129,8 @@ def test_knowing_what_is_in_between_never_makes_the_true_way_longer(solids, view
     views = viewpoints_at(np.round(spots[np.abs(spots[:, 0]) > 3.1], 4))
     ways = FreeWays(space, margin=MARGIN)
     routes = [
-        order_viewpoints(views, settings=RouteSettings(detours=detours), box=BOX, seed=0, ways=ways)
-        for detours in (False, True)
+        order_viewpoints(views, settings=settings, box=BOX, seed=0, ways=ways)
+        for settings in (RouteSettings(cost="paper", detours=look) for look in (False, True))
     ]
     true = [
         sum(ways.between(a, b).length for a, b in itertools.pairwise(views.positions[route.order]))
