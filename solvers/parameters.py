@@ -1,35 +1,50 @@
-"""Checks of what the fields of a solver are set to."""
+"""Refuse parameters of the wrong kind or out of range, by name."""
 
 import math
 from typing import Any
 
-
-def whole(value: Any, name: str, *, least: int = 1) -> None:
-    """Refuse what is no whole number from ``least`` up.
-
-    Raises
-    ------
-    ValueError
-        Naming the field and the value.
-
-    """
-    if isinstance(value, bool) or not isinstance(value, int) or value < least:
-        raise ValueError(f"{name} must be a whole number from {least} up, got {value!r}.")
+import numpy as np
 
 
-def number(value: Any, name: str, *, least: float = 0.0, most: float = math.inf) -> None:
-    """Refuse what is no number within [``least``, ``most``].
+def check_whole(solver: Any, **least: int) -> None:
+    """Each field named is a whole number from the least one up.
 
     Raises
     ------
     ValueError
-        Naming the field and the value.
+        If one is not.
 
     """
-    if (
-        isinstance(value, bool)
-        or not isinstance(value, int | float)
-        or not least <= value <= most
-        or math.isinf(value)
-    ):
-        raise ValueError(f"{name} must be a number in [{least:g}, {most:g}], got {value!r}.")
+    for name, low in least.items():
+        value = getattr(solver, name)
+        whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+        if not whole or value < low:
+            raise ValueError(f"{name} must be a whole number from {low} up, got {value!r}.")
+
+
+def check_number(
+    solver: Any,
+    *names: str,
+    above: float | None = None,
+    most: float = math.inf,
+    below: float = math.inf,
+) -> None:
+    """Each field named is a finite number from 0, or above a limit, to the most and below another.
+
+    Raises
+    ------
+    ValueError
+        If one is not.
+
+    """
+    limits = "at least 0" if above is None else f"above {above:g}"
+    limits += "" if math.isinf(most) else f" and at most {most:g}"
+    limits += "" if math.isinf(below) else f" and below {below:g}"
+    for name in names:
+        value = getattr(solver, name)
+        number = isinstance(value, int | float | np.integer | np.floating)
+        if not number or isinstance(value, bool):
+            raise ValueError(f"{name} must be a number, got {value!r}.")
+        fits = value >= 0.0 if above is None else value > above
+        if not (fits and value <= most and value < below):
+            raise ValueError(f"{name} must be finite, {limits}, got {value!r}.")

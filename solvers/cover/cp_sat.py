@@ -13,7 +13,7 @@ from solvers.cover.greedy import select
 from solvers.cover.problem import Chosen, CoverProblem
 from solvers.cover.sector_rows import sector_rows
 from solvers.interruptible import heedful
-from solvers.parameters import whole
+from solvers.parameters import check_whole
 from solvers.result import Status, StopReason
 from solvers.run import Run
 from solvers.stop import Stop
@@ -53,7 +53,7 @@ class CpSat:
     default_stop: ClassVar[Stop] = Stop()
 
     def __post_init__(self) -> None:
-        whole(self.workers, "workers")
+        check_whole(self, workers=1)
 
     def run(self, problem: CoverProblem, run: Run[Chosen]) -> Status:
         """Offer each cover that the search finds; ``OPTIMAL`` or ``INFEASIBLE`` once proven."""

@@ -14,7 +14,7 @@ from solvers.cover.problem import Chosen, CoverProblem
 from solvers.cover.sector_rows import sector_rows
 from solvers.errors import InvalidProblem
 from solvers.interruptible import heedful
-from solvers.parameters import number
+from solvers.parameters import check_number
 from solvers.result import Status, StopReason
 from solvers.run import Run
 from solvers.stop import Stop
@@ -52,7 +52,7 @@ class CvxpyILP:
     default_stop: ClassVar[Stop] = Stop()
 
     def __post_init__(self) -> None:
-        number(self.gap, "gap", most=1.0)
+        check_number(self, "gap", most=1.0)
 
     def run(self, problem: CoverProblem, run: Run[Chosen]) -> Status:
         """Offer the optimum, or the incumbent at the limit."""

@@ -12,7 +12,7 @@ from solvers.cover.greedy import select
 from solvers.cover.local_search import Search, proven
 from solvers.cover.problem import Chosen, CoverProblem
 from solvers.cover.rows import restricted, restricted_rivals, rivals_of, rows_of
-from solvers.parameters import number, whole
+from solvers.parameters import check_number, check_whole
 from solvers.result import Status
 from solvers.run import Run
 from solvers.stop import Stop
@@ -58,10 +58,8 @@ class Lagrangian:
     default_stop: ClassVar[Stop] = Stop(iterations=1000, stall=200)
 
     def __post_init__(self) -> None:
-        whole(self.steps, "steps")
-        whole(self.patience, "patience")
-        whole(self.ascent, "ascent")
-        number(self.noise, "noise", most=1.0)
+        check_whole(self, steps=1, patience=1, ascent=1)
+        check_number(self, "noise", most=1.0)
 
     def run(self, problem: CoverProblem, run: Run[Chosen]) -> Status:
         """Offer ever cheaper covers until one is proven best or a limit ends it."""

@@ -10,7 +10,7 @@ from solvers.cover.bounds import quick_bound
 from solvers.cover.greedy import select
 from solvers.cover.problem import Chosen, CoverProblem
 from solvers.cover.rows import Rivals, Rows, columns_of, rivals_of, rows_of
-from solvers.parameters import whole
+from solvers.parameters import check_whole
 from solvers.result import Status
 from solvers.run import Run
 from solvers.stop import Stop
@@ -49,8 +49,7 @@ class LocalSearch:
     default_stop: ClassVar[Stop] = Stop(iterations=1000, stall=200)
 
     def __post_init__(self) -> None:
-        whole(self.steps, "steps")
-        whole(self.patience, "patience")
+        check_whole(self, steps=1, patience=1)
 
     def run(self, problem: CoverProblem, run: Run[Chosen]) -> Status:
         """Offer ever cheaper covers until a limit ends it; bounded as ``greedy`` is."""

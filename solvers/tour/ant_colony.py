@@ -7,13 +7,13 @@ from typing import ClassVar
 import numpy as np
 
 from solvers.arrays import Floats, Ints
+from solvers.parameters import check_number, check_whole
 from solvers.result import Status
 from solvers.run import Run
 from solvers.stop import Stop
 from solvers.tour.candidates import nearest_lists
 from solvers.tour.closing import closed, closing, limited, opened
 from solvers.tour.nearest import first_places, nearest_order
-from solvers.tour.parameters import check_number, check_whole
 from solvers.tour.problem import Order, TourProblem
 
 _NEAREST = 1e-6  # share of the mean cost that a step costs at least, so that visibility is finite

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.arrays import Floats
+from solvers.parameters import check_whole
 from solvers.result import Status, StopReason
 from solvers.run import Run
 from solvers.stop import Stop
@@ -14,7 +15,6 @@ from solvers.tour.bounds import SAME, Ascent, ascents, grain, proves, rounded_up
 from solvers.tour.closing import Closing, closing, opened
 from solvers.tour.iterated import IteratedLocalSearch
 from solvers.tour.limits import part
-from solvers.tour.parameters import check_whole
 from solvers.tour.problem import Order, TourProblem
 
 if TYPE_CHECKING:

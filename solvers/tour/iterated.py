@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.parameters import check_number, check_whole
 from solvers.result import Status
 from solvers.run import Run
 from solvers.stop import Stop
@@ -14,7 +15,6 @@ from solvers.tour.candidates import likely_lists, nearest_lists
 from solvers.tour.closing import Closing, closed, closing, opened, quick_upper
 from solvers.tour.limits import progress
 from solvers.tour.nearest import first_places, nearest_order
-from solvers.tour.parameters import check_number, check_whole
 from solvers.tour.problem import Order, TourProblem
 
 _ROUNDING = 1e-10  # share of the largest cost below which a saving is no saving

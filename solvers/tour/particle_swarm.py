@@ -7,12 +7,12 @@ from typing import ClassVar
 import numpy as np
 
 from solvers.arrays import Floats, Ints
+from solvers.parameters import check_number, check_whole
 from solvers.result import Status
 from solvers.run import Run
 from solvers.stop import Stop
 from solvers.tour.limits import progress
 from solvers.tour.nearest import first_places
-from solvers.tour.parameters import check_number, check_whole
 from solvers.tour.problem import Order, TourProblem
 
 

@@ -6,13 +6,13 @@ from typing import ClassVar
 
 import numpy as np
 
+from solvers.parameters import check_whole
 from solvers.result import Status
 from solvers.run import Run
 from solvers.stop import Stop
 from solvers.tour.candidates import nearest_lists
 from solvers.tour.closing import closed, closing, opened
 from solvers.tour.nearest import first_places, nearest_order
-from solvers.tour.parameters import check_whole
 from solvers.tour.problem import Order, TourProblem
 
 _ROUNDING = 1e-10  # share of the largest cost below which a saving is no saving

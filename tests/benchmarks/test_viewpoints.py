@@ -77,3 +77,4 @@ def test_ten_times_the_area(benchmark, place):
     print(f"{len(large.samples)} samples: {len(selection.viewpoints)} views, ", end="")
     print(f"{times:.1f} times the time, {gigabytes:.1f} GB")
     assert gigabytes <= 8.0
+    assert times <= 15.0
