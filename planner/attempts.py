@@ -58,6 +58,11 @@ class Prior:
     positions: Floats
     voxel: float
 
+    @property
+    def reference(self) -> float:
+        """Distance at which a photo is worth nothing, metres: twice what just meets the GSD."""
+        return 2.0 * self.scale.gsd * self.camera.focal_px
+
     def need(self, count: int, complaint: str) -> None:
         """Refuse to go on with nothing."""
         if not count:

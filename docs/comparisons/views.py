@@ -11,8 +11,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from planner.attempts import Prior
 from planner.config import Config
-from planner.evaluation.place import Place, coarser, prepare
+from planner.evaluation.place import coarser, prepare
 from planner.evaluation.views import Trial, ViewMeasures, measure_views, trial
 from planner.scene.benchmark import benchmark_block, benchmark_config
 from planner.scene.load import load_scene
@@ -43,14 +44,14 @@ HEAD = (
 )
 
 
-def load(name: str, folder: Path) -> Place:
+def load(name: str, folder: Path) -> Prior:
     """The place of one scene, with its settings."""
     if name == BENCHMARK:
         return prepare(benchmark_block(), benchmark_config())
     return prepare(load_scene(folder / name), Config())
 
 
-def choose(place: Place, options: dict[str, Any]) -> Selection:
+def choose(place: Prior, options: dict[str, Any]) -> Selection:
     """Photos of a place by some settings."""
     scale = place.scale
     return select_viewpoints(
@@ -68,7 +69,7 @@ def choose(place: Place, options: dict[str, Any]) -> Selection:
     )
 
 
-def warm_up(place: Place, options: dict[str, Any]) -> None:
+def warm_up(place: Prior, options: dict[str, Any]) -> None:
     """Compile what a preset needs, on a few positions, so that it is not timed."""
     choose(replace(place, positions=place.positions[::40]), {**options, "views": 6, "rounds": 1})
 

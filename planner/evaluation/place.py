@@ -1,76 +1,26 @@
 """A place made ready for choosing photos, once, so that every choice meets the same one."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from planner.airspace.airspace import Airspace, build_airspace
 from planner.airspace.candidates import candidate_positions
-from planner.attempts import camera_of
+from planner.attempts import Prior, study
+from planner.clock import Clock
 from planner.config import Config
-from planner.geometry.arrays import Floats
-from planner.scale import Scale, derive_scale
+from planner.scale import Scale
 from planner.scene.scene import Scene
 from planner.surface.quality import score_quality
 from planner.surface.reconstruct import reconstruct_surface
 from planner.surface.samples import ScoredSamples, Surface
-from planner.viewpoints.camera import Camera
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Place:
-    """What the choice of photos starts from.
-
-    Parameters
-    ----------
-    config
-        Settings.
-    scene, camera, scale
-        The place, the camera, and the lengths.
-    surface, samples
-        Surface, and its samples with quality.
-    airspace
-        Where flight is safe.
-    positions
-        Free positions, shape (V, 3), metres.
-    voxel
-        Their spacing, metres.
-
-    """
-
-    config: Config
-    scene: Scene
-    camera: Camera
-    scale: Scale
-    surface: Surface
-    samples: ScoredSamples
-    airspace: Airspace
-    positions: Floats
-    voxel: float
-
-    @property
-    def reference(self) -> float:
-        """Distance at which a photo is worth nothing, metres: twice what just meets the GSD."""
-        return 2.0 * self.scale.gsd * self.camera.focal_px
-
-
-def prepare(scene: Scene, config: Config) -> Place:
+def prepare(scene: Scene, config: Config) -> Prior:
     """Run the stages before the choice of photos, as a plan does."""
-    camera = camera_of(config.camera)
-    scale = derive_scale(scene, camera, config.scale)
-    surface = _surface(scene, config, scale, radius=scale.radius, seed=config.seed)
-    airspace = build_airspace(
-        scene, surface.mesh, d_min=scale.d_min, d_max=scale.d_max, settings=config.airspace
-    )
-    most = config.viewpoints.max_candidates
-    grid = candidate_positions(airspace, box=scene.box, voxel=scale.voxel, limit=most)
-    return Place(
-        *(config, scene, camera, scale, surface, _scored(surface, scene, config)),
-        *(airspace, grid.positions, grid.voxel),
-    )
+    return study(scene, config, Clock(None))
 
 
-def coarser(place: Place, factor: float) -> Place:
+def coarser(place: Prior, factor: float) -> Prior:
     """The same place with a larger radius R and voxels as much wider; lengths of flight stay."""
     samples = fresh_samples(place, factor=factor)
     grid = candidate_positions(
@@ -82,7 +32,7 @@ def coarser(place: Place, factor: float) -> Place:
     return replace(place, samples=samples, positions=grid.positions, voxel=grid.voxel)
 
 
-def fresh_samples(place: Place, *, factor: float = 1.0, seed: int = 0) -> ScoredSamples:
+def fresh_samples(place: Prior, *, factor: float = 1.0, seed: int = 0) -> ScoredSamples:
     """Other samples of the same surface, ``factor`` times as far apart.
 
     Parameters

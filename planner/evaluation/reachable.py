@@ -3,7 +3,7 @@
 import numpy as np
 
 from planner.airspace.candidates import candidate_positions
-from planner.evaluation.place import Place
+from planner.attempts import Prior
 from planner.geometry.arrays import Bools, Floats
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
@@ -21,7 +21,7 @@ POSITIONS = 3_000
 """Most positions of the evaluation grid."""
 
 
-def evaluation_grid(place: Place) -> Floats:
+def evaluation_grid(place: Prior) -> Floats:
     """Free positions of the fixed grid, shape (n, 3), metres."""
     grid = candidate_positions(
         place.airspace, box=place.scene.box, voxel=place.scale.voxel, limit=POSITIONS
@@ -30,7 +30,7 @@ def evaluation_grid(place: Place) -> Floats:
 
 
 def reachable(
-    place: Place, samples: SurfaceSamples, *, positions: Floats | None = None, target: float = 3.0
+    place: Prior, samples: SurfaceSamples, *, positions: Floats | None = None, target: float = 3.0
 ) -> Bools:
     """Tell which samples have a reconstructability of ``target`` if every pose takes a photo.
 

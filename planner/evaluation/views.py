@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.evaluation.place import Place, fresh_samples
+from planner.attempts import Prior
+from planner.evaluation.place import fresh_samples
 from planner.evaluation.reachable import reachable
 from planner.evaluation.sightings import Sightings
 from planner.geometry.angles import circular_difference_deg
@@ -37,7 +38,7 @@ class Trial:
 
     """
 
-    place: Place
+    place: Prior
     fresh: SurfaceSamples
     reachable: Bools
     fresh_reachable: Bools
@@ -92,7 +93,7 @@ class ViewMeasures:
     seconds: float
 
 
-def trial(place: Place) -> Trial:
+def trial(place: Prior) -> Trial:
     """Draw fresh samples and find what is reachable, from the evaluation grid."""
     fresh = fresh_samples(place)
     return Trial(place, fresh, reachable(place, place.samples), reachable(place, fresh))
