@@ -12,13 +12,13 @@ from planner.geometry.arrays import Bools, Floats, Ints
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.candidates import direct_aim, generate_candidates, most_frontal
+from planner.viewpoints.free_balls import free_balls
 from planner.viewpoints.pairs import VisiblePairs, visible_pairs
 from planner.viewpoints.pool import Pool
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.reconstructability import GRAZING, parallax_weight
 from planner.viewpoints.refine import poses_beside
 from planner.viewpoints.sight import SightRule
-from planner.viewpoints.smith_space import free_balls
 from planner.viewpoints.thinning import thin_lattice
 from planner.viewpoints.viewpoints import Viewpoints
 from solvers import Result, Stop, solve

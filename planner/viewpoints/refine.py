@@ -7,8 +7,8 @@ import numpy as np
 from planner.geometry.angles import direction, yaw_pitch
 from planner.geometry.arrays import Floats
 from planner.viewpoints.camera import Camera
+from planner.viewpoints.free_balls import FreeBalls
 from planner.viewpoints.pool import Pool
-from planner.viewpoints.smith_space import FreeBalls
 
 
 def poses_beside(

@@ -8,33 +8,31 @@ are moved at the same time.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from planner.airspace.airspace import Airspace
 from planner.config import ViewpointSettings
-from planner.geometry.arrays import Floats, Ints
+from planner.geometry.arrays import Floats
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.candidates import aim_directions
-from planner.viewpoints.frustum import elevation_range, in_frustum
+from planner.viewpoints.crowd import Crowd
+from planner.viewpoints.eye import Eye
+from planner.viewpoints.free_balls import FreeBalls, free_balls
+from planner.viewpoints.frustum import elevation_range
+from planner.viewpoints.moves import Wish
 from planner.viewpoints.rays import RayCaster
-from planner.viewpoints.reconstructability import GRAZING, parallax_weight
+from planner.viewpoints.reconstructability import GRAZING
 from planner.viewpoints.sight import SightRule
-from planner.viewpoints.smith_batch import BatchJob, Moves, move_views
-from planner.viewpoints.smith_sight import Album, Eye, Seen
-from planner.viewpoints.smith_space import FreeBalls, free_balls
 from planner.viewpoints.viewpoints import Viewpoints
-from solvers.pairs import chord_table
 
 _HEIGHT = 0.4  # of the reference distance: how far above the scene the photos start
 _RIM = 0.3  # of the reference distance: how far beyond the scene they start
 _STEP = 0.2  # of the reference distance: the first step of the first round
-_APART = 1.0  # of the reference distance: photos farther apart than this are independent
 _EVALUATIONS = 24  # places that a photo tries in a round
-_TOGETHER = 16  # photos of one job
 _PER_AREA = 25.0  # photos on a square of the GSD's distance, where no number is given
 
 
@@ -66,7 +64,7 @@ def smith_viewpoints(
     settings
         ``views``, ``rounds``, ``target`` and ``aim_directions``.
     map
-        Runs :func:`~planner.viewpoints.smith_batch.move_views`; anything like :func:`map`.
+        Runs :func:`~planner.viewpoints.moves.move_views`; anything like :func:`map`.
     airspace
         Where photos may be taken between the positions; without it they stay on them.
 
@@ -81,19 +79,23 @@ def smith_viewpoints(
         return Viewpoints(np.empty((0, 3)), none, none, (), np.empty(0, dtype=np.int64))
     low, high = elevation_range(camera)
     rule = SightRule(0.0, reference, GRAZING, low=low, high=high, sectors=1)
-    crowd = _Crowd(
-        Eye(samples, caster, rule),
-        free_balls(positions, airspace),
-        camera,
-        settings=settings,
-        count=settings.views or wanted_views(samples, reference),
+    count = settings.views or wanted_views(samples, reference)
+    space = free_balls(positions, airspace)
+    start = regular_places(samples.xyz, space, count, reference=reference)
+    yaw, pitch = aim_directions(settings.aim_directions, camera)
+    down = np.full(count, int(np.argmin(pitch)))
+    crowd = Crowd(
+        *(start, yaw[down], pitch[down]),
+        eye=Eye(samples, caster, rule),
+        space=space,
+        camera=camera,
+        wish=Wish(settings.target, np.zeros(len(samples), dtype=np.int64)),
+        directions=settings.aim_directions,
     )
     for turn in range(settings.rounds):
-        for batch in far_apart(crowd.places, _APART * reference):
-            jobs = list(crowd.jobs(batch, size=_STEP * reference * 0.7**turn))
-            for moves in list(map(move_views, jobs)):
-                crowd.accept(moves)
-    return crowd.viewpoints()
+        step = _STEP * reference * 0.7**turn
+        crowd.move(step=step, evaluations=_EVALUATIONS, map=map)
+    return _viewpoints(crowd)
 
 
 def wanted_views(samples: SurfaceSamples, reference: float) -> int:
@@ -102,82 +104,17 @@ def wanted_views(samples: SurfaceSamples, reference: float) -> int:
     return max(4, round(_PER_AREA * area / (0.5 * reference) ** 2))
 
 
-def far_apart(places: Floats, distance: float) -> Iterator[Ints]:
-    """Split places, (n, 3), into few groups with no two closer than a distance."""
-    left = np.arange(len(places))
-    while len(left):
-        taken: list[int] = []
-        for row in left:
-            gaps = places[taken] - places[row]
-            if (np.einsum("ij,ij->i", gaps, gaps) >= distance**2).all():
-                taken.append(int(row))
-        yield np.array(taken)
-        left = np.setdiff1d(left, taken)
-
-
-class _Crowd:
-    """All photos while they are moved."""
-
-    def __init__(
-        self, eye: Eye, space: FreeBalls, camera: Camera, *, settings: ViewpointSettings, count: int
-    ) -> None:
-        self._eye, self._space, self._camera, self._settings = eye, space, camera, settings
-        self._table = chord_table(parallax_weight)
-        self._yaw, self._pitch = aim_directions(settings.aim_directions, camera)
-        self.places = regular_places(eye.samples.xyz, space, count, reference=eye.rule.d_max)
-        self._aim = np.full(count, int(np.argmin(self._pitch)))
-        self._seen = self._photograph(self.places, self._aim)
-
-    def _photograph(self, places: Floats, aim: Ints) -> Seen:
-        """What the pictures taken at places hold."""
-        seen = self._eye.see(places)
-        turn, tilt = self._yaw[aim][seen.owner], self._pitch[aim][seen.owner]
-        return seen.rows(in_frustum(-seen.sight[:, :3], turn, tilt, self._camera))
-
-    def jobs(self, batch: Ints, *, size: float) -> Iterator[BatchJob]:
-        """Jobs that move some photos while all others stay."""
-        from planner.viewpoints.smith_kernels import own_share, sums
-
-        album, cap = Album.of(self._seen, len(self._eye.samples)), self._settings.target
-        total = sums(album.starts, album.sight, self._table)
-        for first in range(0, len(batch), _TOGETHER):
-            views = batch[first : first + _TOGETHER]
-            given = [
-                own_share(view, album.starts, album.owner, album.sight, self._table)
-                for view in views
-            ]
-            base = np.maximum(total - np.array(given), 0.0)
-            worth = (np.minimum(total, cap) - np.minimum(base, cap)).sum(axis=1)
-            yield BatchJob(
-                *(self._eye, self._space, self._camera, album, views, self.places[views]),
-                *(base, worth, cap, size, _EVALUATIONS, self._settings.aim_directions),
-                self._table,
-            )
-
-    def accept(self, moves: Moves) -> None:
-        """Take over better poses."""
-        if not len(moves.views):
-            return
-        self.places[moves.views], self._aim[moves.views] = moves.places, moves.aims
-        fresh = self._photograph(moves.places, moves.aims)
-        old = self._seen.rows(~np.isin(self._seen.owner, moves.views))
-        self._seen = Seen(
-            np.concatenate([old.owner, moves.views[fresh.owner]]),
-            np.concatenate([old.sample, fresh.sample]),
-            np.concatenate([old.sight, fresh.sight]),
-        )
-
-    def viewpoints(self) -> Viewpoints:
-        """The photos as they are now; each one's target is the sample nearest to its axis."""
-        yaw, pitch = self._yaw[self._aim], self._pitch[self._aim]
-        count = len(self.places)
-        views = Viewpoints(self.places, yaw, pitch, ("smith",) * count, np.full(count, -1))
-        along = -np.einsum("ij,ij->i", self._seen.sight[:, :3], views.directions[self._seen.owner])
-        order = np.lexsort((-along, self._seen.owner))
-        owner, first = np.unique(self._seen.owner[order], return_index=True)
-        targets = np.full(count, -1)
-        targets[owner] = self._seen.sample[order][first]
-        return Viewpoints(views.positions, yaw, pitch, views.kind, targets)
+def _viewpoints(crowd: Crowd) -> Viewpoints:
+    """The photos as they are now; each one's target is the sample nearest to its axis."""
+    count, seen = len(crowd.positions), crowd.seen
+    poses = (crowd.positions, crowd.yaw_deg, crowd.pitch_deg, ("smith",) * count)
+    views = Viewpoints(*poses, np.full(count, -1))
+    along = -np.einsum("ij,ij->i", seen.sight[:, :3], views.directions[seen.owner])
+    order = np.lexsort((-along, seen.owner))
+    owner, first = np.unique(seen.owner[order], return_index=True)
+    targets = np.full(count, -1)
+    targets[owner] = seen.sample[order][first]
+    return Viewpoints(*poses, targets)
 
 
 def regular_places(xyz: Floats, space: FreeBalls, count: int, *, reference: float) -> Floats:

@@ -21,7 +21,7 @@ from planner.viewpoints.reconstructability import reconstructability
 from planner.viewpoints.refine import poses_beside
 from planner.viewpoints.select import reassess, select_viewpoints
 from planner.viewpoints.sight import SightRule
-from planner.viewpoints.smith_space import FreeBalls
+from planner.viewpoints.free_balls import FreeBalls
 from planner.viewpoints.thinning import thin_lattice
 
 CAMERA = Camera(width_px=600, height_px=400, focal_px=400.0)

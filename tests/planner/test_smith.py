@@ -11,16 +11,17 @@ from planner.config import ViewpointSettings
 from planner.scene.cloud import Mesh
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
+from planner.viewpoints.crowd import far_apart
+from planner.viewpoints.eye import Album, Eye
+from planner.viewpoints.free_balls import FreeBalls, free_balls
 from planner.viewpoints.frustum import in_frustum
+from planner.viewpoints.move_kernels import own_share, sums
+from planner.viewpoints.moves import Moves, _look
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.reconstructability import GRAZING, parallax_weight, reconstructability
 from planner.viewpoints.sight import SightRule
-from planner.viewpoints.smith import far_apart, regular_places, smith_viewpoints, wanted_views
-from planner.viewpoints.smith_batch import Moves, _look
-from planner.viewpoints.smith_kernels import own_share, sums
-from planner.viewpoints.smith_sight import Album, Eye
-from planner.viewpoints.smith_simplex import climb
-from planner.viewpoints.smith_space import FreeBalls, free_balls
+from planner.viewpoints.simplex import climb
+from planner.viewpoints.smith import regular_places, smith_viewpoints, wanted_views
 from planner.viewpoints.viewpoints import Viewpoints
 from solvers.pairs import chord_table
 

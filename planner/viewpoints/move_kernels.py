@@ -1,4 +1,4 @@
-"""Compiled loops of preset ``smith``; import only where it runs."""
+"""Compiled loops of photos that are moved; import only where they are."""
 
 import math
 from typing import Any
@@ -49,6 +49,33 @@ def own_share(view: int, starts: Array, owner: Array, sight: Array, table: Array
 
 
 @compiled
+def is_sharp(view: Array, limits: Array) -> bool:
+    """Whether a view of a sample is sharp; see :attr:`~planner.viewpoints.moves.Wish.limits`."""
+    distance, cosine = (1.0 - view[3]) * limits[0], view[4]
+    return bool(cosine >= limits[1] and distance <= min(limits[2], limits[3] * cosine))
+
+
+@compiled
+def sharp_views(sight: Array, limits: Array) -> Array:
+    """Which views, rows (n, 5), are sharp, shape (n,)."""
+    found = np.zeros(len(sight), dtype=np.bool_)
+    for i in range(len(sight)):
+        found[i] = is_sharp(sight[i], limits)
+    return found
+
+
+@compiled
+def worth(value: float, sharp: int, want: int, wish: Array) -> float:
+    """Worth of a sample of this reconstructability with so many sharp views, of which it wants
+    some; see :attr:`~planner.viewpoints.moves.Wish.numbers`.
+    """  # noqa: D205
+    total = min(value, wish[0]) + wish[2] * min(sharp, want)
+    if value >= wish[0] and sharp >= want:
+        total += wish[1]
+    return float(total)
+
+
+@compiled
 def gains(  # noqa: PLR0917 - compiled
     request: Array,
     sample: Array,
@@ -56,7 +83,10 @@ def gains(  # noqa: PLR0917 - compiled
     member: Array,
     views: Array,
     base: Array,
-    cap: float,
+    base_sharp: Array,
+    want: Array,
+    wish: Array,
+    limits: Array,
     starts: Array,
     owner: Array,
     sight: Array,
@@ -66,19 +96,21 @@ def gains(  # noqa: PLR0917 - compiled
 
     Rows of ``seen`` (n, 5) are the rays, nearness and cosine; ``request`` (n,) the place of
     each row and ``sample`` (n,) its sample. Place r is one for view ``views[member[r]]``, and
-    ``base`` (members, S) holds what the other views give; more than ``cap`` is worth nothing.
+    ``base`` and ``base_sharp`` (members, S) hold what the other views give.
     """
     gain = np.zeros(len(request))
     for k in range(len(request)):
         s, row = sample[k], member[request[k]]
-        room, total = cap - base[row, s], 0.0
+        room, total = wish[0] - base[row, s], 0.0
         for i in range(starts[s], starts[s + 1]):
+            if total >= room:
+                break
             if owner[i] != views[row]:
                 total += _pair(seen[k], sight[i], table)
-                if total >= room:
-                    total = room
-                    break
-        gain[k] = max(0.0, total)
+        had = base_sharp[row, s]
+        now = had + int(is_sharp(seen[k], limits))
+        rise = worth(base[row, s] + total, now, want[s], wish)
+        gain[k] = rise - worth(base[row, s], had, want[s], wish)
     return gain
 
 

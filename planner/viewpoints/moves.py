@@ -1,17 +1,68 @@
-"""Move and turn views that do not depend on each other (preset ``smith``)."""
+"""Move and turn photos that do not depend on each other, while all others stay."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from planner.geometry.arrays import Floats, Ints
+from planner.geometry.arrays import Bools, Floats, Ints
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.candidates import aim_directions
+from planner.viewpoints.eye import Album, Eye
+from planner.viewpoints.free_balls import FreeBalls
 from planner.viewpoints.frustum import camera_axes, picture_bounds
-from planner.viewpoints.smith_sight import Album, Eye
-from planner.viewpoints.smith_simplex import Search, climb
-from planner.viewpoints.smith_space import FreeBalls
+from planner.viewpoints.sight import SightRule
+from planner.viewpoints.simplex import Search, climb
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wish:
+    """What photos are moved for.
+
+    The worth of a sample is its reconstructability as far as ``target``, plus ``sharp_worth`` for
+    each sharp photo that it wants, plus ``bonus`` once it has all of both.
+
+    Parameters
+    ----------
+    target
+        More reconstructability than this is worth nothing.
+    want
+        Sharp photos that each sample wants, shape (S,).
+    bonus, sharp_worth
+        As above.
+    sharp
+        Which photo of a sample is sharp; without it, each is.
+
+    """
+
+    target: float
+    want: Ints
+    bonus: float = 0.0
+    sharp_worth: float = 0.0
+    sharp: SightRule | None = None
+
+    @property
+    def numbers(self) -> Floats:
+        """Target, bonus and worth of a sharp photo, shape (3,)."""
+        return np.array([self.target, self.bonus, self.sharp_worth])
+
+    def limits(self, reference: float) -> Floats:
+        """Reference distance, and of a sharp photo least cosine, farthest distance and reach."""
+        rule = self.sharp
+        if rule is None:
+            return np.array([reference, -1.0, math.inf, math.inf])
+        return np.array([reference, math.cos(rule.max_incidence), rule.d_max, rule.reach])
+
+    def hungry(self, value: Floats, sharp: Ints) -> Bools:
+        """Which samples want more; any shape."""
+        return np.asarray((value < self.target) | (sharp < self.want))
+
+    def worth(self, value: Floats, sharp: Ints) -> Floats:
+        """Worth of samples with these values and numbers of sharp photos, shape (..., S)."""
+        total = np.minimum(value, self.target) + self.sharp_worth * np.minimum(sharp, self.want)
+        return np.asarray(total + self.bonus * ~self.hungry(value, sharp))
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,12 +79,12 @@ class BatchJob:
         The views to be moved, shape (B,).
     places
         Where they are, shape (B, 3), metres.
-    base
-        What the other views give to each sample, shape (B, S).
+    base, base_sharp
+        What the other views give to each sample: reconstructability, and sharp photos; (B, S).
     worth
         What each view adds to it now, shape (B,).
-    cap
-        More reconstructability than this is worth nothing.
+    wish
+        What counts.
     size
         First step of the search, metres.
     evaluations
@@ -52,8 +103,9 @@ class BatchJob:
     views: Ints
     places: Floats
     base: Floats
+    base_sharp: NDArray[np.int64]
     worth: Floats
-    cap: float
+    wish: Wish
     size: float
     evaluations: int
     directions: int
@@ -110,12 +162,13 @@ def _climb_together(job: BatchJob, searches: Sequence[Search]) -> list[tuple[Flo
 
 def _look(job: BatchJob, places: Floats, member: Ints) -> tuple[Ints, Floats]:
     """Best aim at each place for the view that may move there, and what it would add."""
-    from planner.viewpoints.smith_kernels import best_aims, gains
+    from planner.viewpoints.move_kernels import best_aims, gains
 
-    album = job.album
-    seen = job.eye.see(places, (job.base < job.cap)[member])
+    album, wish = job.album, job.wish
+    seen = job.eye.see(places, wish.hungry(job.base, job.base_sharp)[member])
     gain = gains(
-        *(seen.owner, seen.sample, seen.sight, member, job.views, job.base, job.cap),
+        *(seen.owner, seen.sample, seen.sight, member, job.views, job.base, job.base_sharp),
+        *(wish.want, wish.numbers, wish.limits(job.eye.rule.d_max)),
         *(album.starts, album.owner, album.sight, job.table),
     )
     indptr = np.searchsorted(seen.owner, np.arange(len(places) + 1)).astype(np.int64)

@@ -1,4 +1,4 @@
-"""What preset ``smith`` sees from a place, and how it adds up."""
+"""What photos that are moved see from a place, and how it adds up."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,0 +1,148 @@
+"""Photos that are moved in turn, each to where it adds most to what the others show."""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from planner.geometry.arrays import Floats, Ints
+from planner.viewpoints.camera import Camera
+from planner.viewpoints.candidates import aim_directions
+from planner.viewpoints.eye import Album, Eye, Seen
+from planner.viewpoints.free_balls import FreeBalls
+from planner.viewpoints.frustum import in_frustum
+from planner.viewpoints.moves import BatchJob, Moves, Wish, move_views
+from planner.viewpoints.reconstructability import parallax_weight
+from solvers.pairs import chord_table
+
+_APART = 1.0  # of the reference distance: photos farther apart than this are independent
+_TOGETHER = 16  # photos of one job
+
+
+class Crowd:
+    """All photos while they are moved.
+
+    Parameters
+    ----------
+    positions, yaw_deg, pitch_deg
+        The photos; shapes (K, 3), (K,) and (K,).
+    eye, space, camera
+        What can be seen from a place, where photos may be taken, and the field of view.
+    wish
+        What they are moved for.
+    directions
+        How many directions of the gimbal are tried at each place.
+
+    """
+
+    def __init__(
+        self,
+        positions: Floats,
+        yaw_deg: Floats,
+        pitch_deg: Floats,
+        *,
+        eye: Eye,
+        space: FreeBalls,
+        camera: Camera,
+        wish: Wish,
+        directions: int,
+    ) -> None:
+        self._eye, self._space, self._camera, self._wish = eye, space, camera, wish
+        self._directions = directions
+        self._table = chord_table(parallax_weight)
+        self.positions = np.array(positions)
+        self.yaw_deg, self.pitch_deg = np.array(yaw_deg), np.array(pitch_deg)
+        self.seen = self._photograph(np.arange(len(yaw_deg)))
+
+    def move(self, *, step: float, evaluations: int, map: Callable[..., Any] = map) -> int:  # noqa: A002 - it is a map
+        """Move each photo once, if that helps; photos far apart are moved at the same time.
+
+        Parameters
+        ----------
+        step
+            First step of each search, metres.
+        evaluations
+            Places that each search looks at.
+        map
+            Runs :func:`~planner.viewpoints.moves.move_views`; anything like :func:`map`. The
+            result does not depend on who runs it when.
+
+        Returns
+        -------
+        moved
+            Number of photos that were moved.
+
+        """
+        moved = 0
+        for batch in far_apart(self.positions.copy(), _APART * self._eye.rule.d_max):
+            jobs = list(self._jobs(batch, step=step, evaluations=evaluations))
+            for moves in list(map(move_views, jobs)):
+                self._accept(moves)
+                moved += len(moves.views)
+        return moved
+
+    def _photograph(self, rows: Ints) -> Seen:
+        """What the pictures of some photos hold."""
+        seen = self._eye.see(self.positions[rows])
+        turn, tilt = self.yaw_deg[rows][seen.owner], self.pitch_deg[rows][seen.owner]
+        return seen.rows(in_frustum(-seen.sight[:, :3], turn, tilt, self._camera))
+
+    def _jobs(self, batch: Ints, *, step: float, evaluations: int) -> Iterator[BatchJob]:
+        """Jobs that move some photos while all others stay."""
+        from planner.viewpoints.move_kernels import own_share, sharp_views, sums
+
+        wish, size = self._wish, len(self._eye.samples)
+        album = Album.of(self.seen, size)
+        total = sums(album.starts, album.sight, self._table)
+        sharp = sharp_views(album.sight, wish.limits(self._eye.rule.d_max))
+        sample = np.repeat(np.arange(size), np.diff(album.starts))
+        all_sharp = np.bincount(sample[sharp], minlength=size)
+        for first in range(0, len(batch), _TOGETHER):
+            views = batch[first : first + _TOGETHER]
+            shares = (album.starts, album.owner, album.sight, self._table)
+            given = np.array([own_share(view, *shares) for view in views])
+            base = np.maximum(total - given, 0.0)
+            own = [np.bincount(sample[sharp & (album.owner == v)], minlength=size) for v in views]
+            base_sharp = all_sharp - np.array(own)
+            worth = (wish.worth(total, all_sharp) - wish.worth(base, base_sharp)).sum(axis=1)
+            yield BatchJob(
+                *(self._eye, self._space, self._camera, album, views),
+                places=self.positions[views],
+                base=base,
+                base_sharp=base_sharp,
+                worth=worth,
+                wish=wish,
+                size=step,
+                evaluations=evaluations,
+                directions=self._directions,
+                table=self._table,
+            )
+
+    def _accept(self, moves: Moves) -> None:
+        """Take over better poses."""
+        rows = moves.views
+        if not len(rows):
+            return
+        yaw, pitch = aim_directions(self._directions, self._camera)
+        self.positions[rows] = moves.places
+        self.yaw_deg[rows], self.pitch_deg[rows] = yaw[moves.aims], pitch[moves.aims]
+        fresh = self._photograph(rows)
+        old = self.seen.rows(~np.isin(self.seen.owner, rows))
+        self.seen = Seen(
+            np.concatenate([old.owner, rows[fresh.owner]]),
+            np.concatenate([old.sample, fresh.sample]),
+            np.concatenate([old.sight, fresh.sight]),
+        )
+
+
+def far_apart(places: Floats, distance: float) -> Iterator[Ints]:
+    """Split places, (n, 3), into few groups with no two closer than a distance."""
+    left = np.arange(len(places))
+    while len(left):
+        taken: list[int] = []
+        for row in left:
+            gaps = places[taken] - places[row]
+            if (np.einsum("ij,ij->i", gaps, gaps) >= distance**2).all():
+                taken.append(int(row))
+        yield np.array(taken)
+        left = np.setdiff1d(left, taken)
