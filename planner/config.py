@@ -143,6 +143,8 @@ class AirspaceSettings(_Settings):
     nothing is known there, and level ground is assumed.
     ``fill_under_roofs``: what lies under a surface that faces up counts as solid down to the next
     underside or the terrain, since walls are often missing in a first flight's data.
+    ``unknown = "closed"``: space that no straight line within ``seen_within_deg`` of the vertical
+    led through from the open sky down to a raw point is solid too.
     ``most_cells`` bounds the memory of the grid that tells inside from outside, one byte a cell.
     """
 
@@ -151,6 +153,8 @@ class AirspaceSettings(_Settings):
     zone_files: tuple[str, ...] = ()
     beyond: float | None = Field(default=None, gt=0.0)
     fill_under_roofs: bool = True
+    unknown: Literal["open", "closed"] = "open"
+    seen_within_deg: float = Field(default=60.0, gt=0.0, lt=90.0)
     most_cells: int = Field(default=200_000_000, ge=1_000, le=2_000_000_000)
 
 
@@ -172,9 +176,11 @@ class ViewpointSettings(_Settings):
 
     ``confidence_angle_deg`` is where the orientation term of Eq. 7 falls to 1/e.
 
-    ``objective = "reconstructability"``: ``pair_solver`` searches the fewest photos (or, with a
-    ``budget``, that many photos) such that a ``share`` of the samples that can reach it have a
-    reconstructability h of ``target``, and ``sharp_views`` of the photos within the wanted GSD.
+    ``objective = "reconstructability"``: ``pair_solver`` searches the fewest photos such that a
+    ``share`` of the samples that can reach it have a reconstructability h of ``target``, and
+    ``sharp_views`` of the photos within the wanted GSD; with a ``budget``, the best share for so
+    many photos; with ``minutes``, the best share for a flight (all sorties, with their climbs)
+    that lasts no longer.
     A photo counts for h up to ``pair_range`` of the distance at which it is worth nothing.
     ``effort`` says from how many positions, in how many iterations (unless ``iterations`` does)
     and with how many refinements off the grid.
@@ -187,6 +193,7 @@ class ViewpointSettings(_Settings):
     share: float = Field(default=0.98, gt=0.0, le=1.0)
     sharp_views: int = Field(default=1, ge=0, le=20)
     budget: int | None = Field(default=None, ge=1)
+    minutes: float | None = Field(default=None, gt=0.0)
     pair_range: float = Field(default=1.0, gt=0.0, le=1.0)
     pair_solver: str = "lns"
     connected: bool = True
@@ -213,6 +220,20 @@ class ViewpointSettings(_Settings):
     views: int | None = Field(default=None, ge=1)
     rounds: int = Field(default=4, ge=1)
     iterations: int | None = Field(default=None, ge=1)
+
+    @property
+    def by_pairs(self) -> bool:
+        """Whether photos are chosen by what pairs of them can triangulate."""
+        return self.preset == "cover" and self.objective == "reconstructability"
+
+    @model_validator(mode="after")
+    def _has_one_limit(self) -> Self:
+        """Refuse limits that contradict each other or would not be looked at."""
+        if self.minutes is not None and self.budget is not None:
+            raise ValueError("minutes and budget are both set: leave one of them out")
+        if self.minutes is not None and not self.by_pairs:
+            raise ValueError('minutes needs preset "cover" with objective "reconstructability"')
+        return self
 
 
 class RouteSettings(_Settings):

@@ -12,6 +12,7 @@ from planner.airspace.collision import Triangles
 from planner.airspace.field import TriangleTree
 from planner.airspace.obstacles import Points
 from planner.airspace.occupancy import Occupancy, occupancy
+from planner.airspace.solids import collect_solids, joined
 from planner.airspace.storage import StoredAirspace, read_arrays, write_arrays
 from planner.airspace.terrain import Terrain, terrain
 from planner.airspace.zone_files import local_zones
@@ -29,7 +30,8 @@ class Airspace:
     """Solids, zones and distances of a place.
 
     Solids are the surface, curtains around what is filled under roofs, the terrain and all
-    under it, the raw points, and whatever the open sky does not reach.
+    under it, the raw points, whatever the open sky does not reach and, if it is to be closed, what
+    was never seen; the faces of that count as surface.
 
     Parameters
     ----------
@@ -358,26 +360,16 @@ def build_airspace(
     settings = local_zones(settings, scene)
     low, high = _bounds(scene, d_max if settings.beyond is None else settings.beyond)
     sheet = terrain(scene.ground)
-    points = scene.cloud.xyz
-    if scene.strays is not None:  # the tip of a mast is lonely too
-        points = np.vstack([points, scene.strays])
-    grid, curtains = occupancy(
-        mesh,
-        sheet,
-        points,
-        d_min=d_min,
-        under_roofs=settings.fill_under_roofs,
-        most_cells=settings.most_cells,
-    )
+    solids = collect_solids(scene, mesh, sheet, (low, high), d_min=d_min, settings=settings)
     reach = 2.0 * d_max + 2.0 * d_min
-    parts = (mesh, sheet.mesh(low[:2] - reach, high[:2] + reach), curtains)
+    parts = (solids.surface, sheet.mesh(low[:2] - reach, high[:2] + reach), solids.curtains)
     return Airspace(
-        mesh=_joined(parts),
+        mesh=joined(parts),
         parts=np.array([len(part) for part in parts]),
-        obstacles=points,
+        obstacles=solids.points,
         ground=scene.ground,
         zones=zones(settings.zones, settings.ceiling, scene.ground),
-        occupancy=grid,
+        occupancy=solids.occupancy,
         d_min=d_min,
         d_max=d_max,
         low=low,
@@ -391,10 +383,3 @@ def _bounds(scene: Scene, beyond: float) -> tuple[Floats, Floats]:
     low, high = scene.box.centre - half, scene.box.centre + half
     low[2] = min(low[2], float(scene.ground.heights.min()))
     return low, high
-
-
-def _joined(parts: tuple[Mesh, ...]) -> Mesh:
-    """One mesh of all triangles, in order."""
-    first = np.cumsum([0, *(len(part.vertices) for part in parts)])
-    triangles = [part.triangles + start for part, start in zip(parts, first, strict=False)]
-    return Mesh(np.concatenate([p.vertices for p in parts]), np.concatenate(triangles))

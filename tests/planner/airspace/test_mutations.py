@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planner.airspace import airspace as airspace_module
+from planner.airspace import solids as solids_module
 from planner.airspace.airspace import Airspace, build_airspace
 from planner.airspace.collision import Triangles
 from planner.airspace.field import DistanceField
@@ -101,9 +101,9 @@ MUTATIONS = {
         ),
     ),
     "roofs without walls stay open": (
-        airspace_module,
+        solids_module,
         "occupancy",
-        lambda *args, old=airspace_module.occupancy, **options: old(
+        lambda *args, old=solids_module.occupancy, **options: old(
             *args, **{**options, "under_roofs": False}
         ),
     ),
