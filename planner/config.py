@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from planner.assignment import assign
 from planner.errors import PlannerError
 from planner.toml_text import toml_of
 
@@ -145,6 +146,7 @@ class AirspaceSettings(_Settings):
     underside or the terrain, since walls are often missing in a first flight's data.
     ``unknown = "closed"``: space that no straight line within ``seen_within_deg`` of the vertical
     led through from the open sky down to a raw point is solid too.
+    ``hull`` writes the no-fly hull, where the clearance is d_min, as a mesh of that format.
     ``most_cells`` bounds the memory of the grid that tells inside from outside, one byte a cell.
     """
 
@@ -155,6 +157,7 @@ class AirspaceSettings(_Settings):
     fill_under_roofs: bool = True
     unknown: Literal["open", "closed"] = "open"
     seen_within_deg: float = Field(default=60.0, gt=0.0, lt=90.0)
+    hull: Literal["none", "ply", "stl", "obj", "glb"] = "none"
     most_cells: int = Field(default=200_000_000, ge=1_000, le=2_000_000_000)
 
 
@@ -358,33 +361,11 @@ def load_config(path: str | Path | None = None, overrides: Sequence[str] = ()) -
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise PlannerError(f"{path}: is not valid TOML ({error}); mend that line") from None
     for assignment in overrides:
-        _assign(tree, assignment)
+        assign(tree, assignment)
     try:
         return Config.model_validate(tree)
     except ValidationError as error:
         raise PlannerError(f"{source}: {_first_fault(error)}") from None
-
-
-def _assign(tree: dict[str, Any], assignment: str) -> None:
-    """Put one ``table.key=value`` into the tree of settings."""
-    key, equals, text = assignment.partition("=")
-    parts = key.strip().split(".")
-    if not equals or not all(parts):
-        raise PlannerError(
-            f"--set {assignment}: is no assignment; write it as route.solver=ortools"
-        )
-    try:
-        read = tomllib.loads(f"value = {text.strip()}")
-    except (tomllib.TOMLDecodeError, RecursionError):
-        read = {"value": text.strip()}
-    if len(read) > 1:
-        raise PlannerError(f"--set {key}: sets more than one value; write one assignment each")
-    value = read["value"]
-    for part in parts[:-1]:
-        tree = tree.setdefault(part, {})
-        if not isinstance(tree, dict):
-            raise PlannerError(f"--set {assignment}: {part} is a value and has no keys of its own")
-    tree[parts[-1]] = value
 
 
 def _first_fault(error: ValidationError) -> str:

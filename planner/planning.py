@@ -6,20 +6,20 @@ from pathlib import Path
 
 from planner.airspace.airspace import Airspace
 from planner.airspace.room import idle_zones
-from planner.attempts import Mapper, attempt, refilled, require_solvers, solver_words, study
+from planner.attempts import Mapper, require_solvers, study
+from planner.budget import TimeLimit, best_outing
 from planner.clock import Clock, Listener
 from planner.config import Config
 from planner.findings import Finding
 from planner.flight.fly import Flight
-from planner.flight.limits import Limits
 from planner.flight.sampling import sample_path
-from planner.flight.timing import Timeline, fly_in_time
+from planner.flight.timing import Timeline
 from planner.geometry.arrays import Floats
 from planner.missions.written import WrittenPlan, load_plan
 from planner.route.order import Route
 from planner.scale import Scale
 from planner.scene.scene import Scene
-from planner.sorties.schedule import Sorties, plan_sorties
+from planner.sorties.schedule import Sorties
 from planner.sorties.station import find_stations
 from planner.surface.samples import ScoredSamples, Surface
 from planner.viewpoints.selection import Selection
@@ -67,6 +67,8 @@ class Plan:
         Seconds of each stage.
     sorties
         Flights from take-off to landing, where stations are given.
+    limit
+        What a limit on the minutes of flight did, where there is one.
 
     """
 
@@ -85,6 +87,7 @@ class Plan:
     findings: tuple[Finding, ...]
     timing: dict[str, float] = field(default_factory=dict)
     sorties: Sorties | None = None
+    limit: TimeLimit | None = None
 
     @property
     def status(self) -> PlanStatus:
@@ -153,26 +156,8 @@ def plan(
         prior.airspace.terrain.height,
         margin=config.flight.margin,
     )
-    tried = attempt(prior, prior.positions, config, map, clock)
-    if tried.dropped:
-        tried = refilled(tried, prior, config, map, clock)
-    flight, sorties = tried.flight, None
-    limits = Limits.of(config.flight, gsd=prior.scale.gsd)
-    timeline = fly_in_time(flight.path, flight.viewpoints, limits)
-    if stations:
-        with clock.stage("sorties"), solver_words():
-            sorties = plan_sorties(
-                flight,
-                timeline,
-                stations,
-                prior.airspace,
-                tried.matches,
-                settings=config.sorties,
-                flight_settings=config.flight,
-                seed=config.seed,
-            )
-            flight, timeline = sorties.flight, sorties.timeline
-            clock.tell(f"{len(sorties.flown)} sorties, {sorties.seconds[sorties.method]:.0f} s")
+    outing, limit = best_outing(prior, stations, config, map, clock)
+    tried, flight, timeline = outing.tried, outing.flight, outing.timeline
     with clock.stage("timing"):
         rows = sample_path(timeline, d_min=prior.scale.d_min)
         clock.tell(f"{timeline.duration:.0f} s, {len(rows)} rows")
@@ -194,7 +179,9 @@ def plan(
             *tried.selection.findings,
             *tried.apart,
             *tried.flight.findings,
+            *(limit.findings if limit is not None else ()),
         ),
         timing=clock.seconds,
-        sorties=sorties,
+        sorties=outing.sorties,
+        limit=limit,
     )

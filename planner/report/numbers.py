@@ -1,6 +1,7 @@
 """Every number of a plan, as plain values for ``report.json``."""
 
 import math
+from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -94,6 +95,7 @@ def summary(plan: "Plan") -> dict[str, Any]:
             "mean_hits": float(selection.hits.mean()),
             "reasons": selection.reason_counts(),
             "solvers": [_solver(result) for result in selection.results],
+            "time_limit": None if plan.limit is None else asdict(plan.limit),
         },
         "route": {
             "switching_cost": route.cost,
@@ -115,7 +117,9 @@ def summary(plan: "Plan") -> dict[str, Any]:
             "certified_zone_margin": _finite(float(path.zone_margin.min())) if len(path) else None,
         },
         "motion": _motion(plan),
-        "sorties": None if plan.sorties is None else _sorties(plan.sorties),
+        "sorties": None
+        if plan.sorties is None
+        else _sorties(plan.sorties, plan.config.sorties.endurance_seconds),
         "airspace": {
             "d_min": plan.scale.d_min,
             "d_max": plan.scale.d_max,
@@ -152,7 +156,7 @@ def _motion(plan: "Plan") -> dict[str, Any]:
     }
 
 
-def _sorties(sorties: "Sorties") -> dict[str, Any]:
+def _sorties(sorties: "Sorties", endurance: float) -> dict[str, Any]:
     """What each flight from take-off to landing takes, and what else was found."""
     return {
         "count": len(sorties.flown),
@@ -171,6 +175,7 @@ def _sorties(sorties: "Sorties") -> dict[str, Any]:
                 "shared": len(sortie.shared),
                 "waypoints": sortie.waypoints,
                 "duration": sortie.duration,
+                "endurance_left": 1.0 - sortie.duration / endurance,
                 "length": sortie.length,
                 "certified_clearance": float(sortie.path.clearance.min()),
                 "energy_proxy_joules": energy(sortie.timeline)
@@ -179,6 +184,19 @@ def _sorties(sorties: "Sorties") -> dict[str, Any]:
             for sortie in sorties.flown
         ],
     }
+
+
+def in_sorties(sorties: dict[str, Any] | None) -> str:
+    """Clause on the sorties of a summary; nothing where there are none."""
+    if sorties is None:
+        return ""
+    longest = max(sortie["duration"] for sortie in sorties["flown"])
+    left = min(sortie["endurance_left"] for sortie in sorties["flown"])
+    count = sorties["count"]
+    return (
+        f", {count} sortie{'s' if count > 1 else ''} (longest {longest / 60.0:.1f} min, "
+        f"at least {100.0 * left:.0f} % of the battery left)"
+    )
 
 
 def _solver(result: "Result[Any]") -> dict[str, Any]:

@@ -126,6 +126,16 @@ class Selection:
         among = np.ones(len(self.reason), np.bool_) if wish is None else wish.reachable
         return float(np.mean(self.reconstructability[among] >= target)) if among.any() else 1.0
 
+    @property
+    def fulfilled(self) -> float:
+        """Share of the samples that can be covered which are; by pairs, where these count."""
+        wish = self.wish
+        if wish.pairs is None:
+            lack = (self.hits < wish.reachable.hits) | (self.sectors < wish.reachable.sectors)
+            return float(np.mean(~lack)) if len(lack) else 1.0
+        lack = _lacking(self.reason, self.hits, wish)[wish.pairs.reachable]
+        return float(np.mean(~lack)) if len(lack) else 1.0
+
 
 def assess(
     viewpoints: Viewpoints,
@@ -197,8 +207,7 @@ def _unmet(reason: Bytes, seen: Coverage, wish: Wish) -> tuple[Finding, ...]:
     partial = wish.binding
     if wish.pairs is not None:
         possible = wish.pairs.reachable
-        short = possible & (reason != Reason.COVERED) & (seen.hits < reachable.hits)
-        short |= possible & (reason != Reason.COVERED) & (seen.hits >= wish.demand.hits)
+        short = possible & _lacking(reason, seen.hits, wish)
         enough = np.count_nonzero(possible & ~short) >= wish.pairs.share * possible.sum() - 1e-9
         partial = not enough and not wish.pairs.limited
     beyond = (reason != Reason.COVERED) & ~short
@@ -212,6 +221,12 @@ def _unmet(reason: Bytes, seen: Coverage, wish: Wish) -> tuple[Finding, ...]:
             message = f"{count} of {len(reason)} samples {words}"
             found.append(Finding("viewpoints", code, message, float(count), grave))
     return tuple(found)
+
+
+def _lacking(reason: Bytes, hits: Ints, wish: Wish) -> Bools:
+    """Which samples pairs of photos could satisfy better than they do, among those in reach."""
+    more = (hits < wish.reachable.hits) | (hits >= wish.demand.hits)
+    return np.asarray((reason != Reason.COVERED) & more)
 
 
 def _unlinked(graph: ViewGraph) -> tuple[Finding, ...]:

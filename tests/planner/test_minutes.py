@@ -1,0 +1,112 @@
+"""The best photos for minutes of flight, or for a number of photos with those that link them."""
+
+import json
+
+import pytest
+
+from planner import PlannerError, load_config, plan, synthetic_scene
+from planner.report.numbers import summary
+
+SETTINGS = ["scale.radius_share=0.045", "seed=4", "viewpoints.iterations=60"]
+HOME = ["sorties.stations=[[-30.0,-25.0]]", "sorties.endurance_seconds=250.0"]
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return synthetic_scene(3, size=(45.0, 40.0), buildings=3, spacing=0.8)
+
+
+def planned(scene, *settings):
+    return plan(scene, load_config(None, [*SETTINGS, *settings]))
+
+
+@pytest.fixture(scope="module")
+def whole(scene):
+    return planned(scene)
+
+
+@pytest.fixture(scope="module")
+def half(scene, whole):
+    return planned(scene, f"viewpoints.minutes={0.5 * whole.timeline.duration / 60.0!r}")
+
+
+def test_a_flight_within_the_minutes_is_the_one_without_a_limit(scene, whole):
+    free = planned(scene, f"viewpoints.minutes={whole.timeline.duration / 60.0 + 1e-3!r}")
+    assert free.viewpoints.positions.tolist() == whole.viewpoints.positions.tolist()
+    assert free.limit.trials == 0
+    assert free.limit.used == free.limit.whole_minutes == whole.timeline.duration / 60.0
+    assert free.limit.share == free.limit.whole_share == whole.selection.fulfilled
+    assert free.findings == whole.findings
+
+
+def test_half_the_minutes_are_kept_and_used(half, whole):
+    asked = 30.0 * whole.timeline.duration / 60.0
+    assert half.rows[-1, 0] <= asked
+    assert half.rows[-1, 0] >= 0.8 * asked
+    assert half.selection.graph.firm
+    assert half.status == whole.status == "complete"  # the share is what the time gives
+    (finding,) = (finding for finding in half.findings if finding.code == "minutes-limit")
+    assert finding.number == half.selection.fulfilled < whole.selection.fulfilled
+    assert half.limit.whole_photos == len(whole.viewpoints) > len(half.viewpoints)
+    assert half.limit.whole_share == whole.selection.fulfilled
+    numbers = json.loads(json.dumps(summary(half)))["viewpoints"]["time_limit"]
+    assert numbers["used"] <= numbers["minutes"] < numbers["whole_minutes"]
+    assert f"{numbers['whole_photos']} photos" in finding.message
+    assert half.config.viewpoints.minutes == numbers["minutes"]
+    assert half.config.viewpoints.budget is None
+
+
+@pytest.mark.slow
+def test_too_few_minutes_are_refused_with_those_that_are_missing(scene):
+    with pytest.raises(PlannerError, match=r"minutes = 0\.02: .* 2 photos, takes") as caught:
+        planned(scene, "viewpoints.minutes=0.02")
+    enough = float(str(caught.value).rsplit("minutes to ", 1)[1].split()[0])
+    assert planned(scene, f"viewpoints.minutes={enough}").rows[-1, 0] <= 60.0 * enough
+
+
+@pytest.mark.slow
+def test_more_minutes_show_no_less(scene, half, whole):
+    shares = [half.selection.fulfilled]
+    for part in (0.7, 0.9):
+        limit = part * whole.timeline.duration
+        found = planned(scene, f"viewpoints.minutes={limit / 60.0!r}")
+        assert found.rows[-1, 0] <= limit
+        shares.append(found.selection.fulfilled)
+    shares.append(whole.selection.fulfilled)
+    assert shares == sorted(shares)
+
+
+@pytest.mark.slow
+def test_the_time_of_sorties_counts_with_their_climbs(scene, tmp_path):
+    found = planned(scene, *HOME, "viewpoints.minutes=2.5")
+    seconds = sum(sortie.duration for sortie in found.sorties.flown)
+    assert found.timeline.duration < seconds <= 150.0
+    assert found.limit.used == pytest.approx(seconds / 60.0, abs=1e-12)
+    found.save(tmp_path / "plan")
+    report = json.loads((tmp_path / "plan" / "report.json").read_text())
+    assert sum(flown["duration"] for flown in report["sorties"]["flown"]) <= 150.0
+    again = plan(scene, load_config(tmp_path / "plan" / "config.toml"))
+    assert again.viewpoints.positions.tolist() == found.viewpoints.positions.tolist()
+
+
+@pytest.mark.parametrize("budget", [3, 14])
+def test_a_number_of_photos_holds_for_those_that_link_them_too(scene, budget):
+    found = planned(scene, f"viewpoints.budget={budget}")
+    assert 0.7 * budget <= len(found.viewpoints) <= budget
+    assert found.selection.graph.firm
+    assert found.limit is None
+
+
+@pytest.mark.parametrize(
+    ("settings", "complaint"),
+    [
+        (["viewpoints.minutes=0"], "greater than 0"),
+        (["viewpoints.minutes=5", "viewpoints.budget=5"], "leave one of them out"),
+        (["viewpoints.minutes=5", "viewpoints.preset=paper"], "needs preset"),
+        (["viewpoints.minutes=5", "viewpoints.objective=hits"], "needs preset"),
+    ],
+)
+def test_limits_that_would_not_be_kept_are_refused(settings, complaint):
+    with pytest.raises(PlannerError, match=complaint) as caught:
+        load_config(None, settings)
+    assert "\n" not in str(caught.value)
