@@ -203,7 +203,7 @@ def _plan_and_save(
 ) -> None:
     """Plan, write, say what came out, and exit with 0 (complete) or 1 (partial)."""
     from planner.planning import PlanStatus, plan
-    from planner.report.numbers import summary
+    from planner.report.numbers import in_sorties, summary
 
     with _executor(workers) as spread:
         result = plan(source, settings, map=spread, listener=_say)
@@ -214,7 +214,8 @@ def _plan_and_save(
         _print(f"{finding.stage}: {finding.message}")
     _print(
         f"{result.status}: {numbers['viewpoints']['count']} viewpoints, "
-        f"{numbers['path']['length']:.0f} m, {numbers['path']['duration']:.0f} s, "
+        f"{numbers['path']['length']:.0f} m, {numbers['path']['duration']:.0f} s"
+        f"{in_sorties(numbers['sorties'])}, "
         f"certified clearance {numbers['path']['certified_clearance']:.2f} m "
         f"(d_min {numbers['airspace']['d_min']:.2f} m): {out}"
     )

@@ -1,6 +1,6 @@
 """From viewpoints in order to a certified flight; what cannot be flown safely is left out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,6 +40,8 @@ class Flight:
         Legs that a motion planner led around something, shape (r,).
     results
         What the motion solver said, one result a search.
+    lost
+        Places of the viewpoints that are not flown through, shape (n, 3), metres.
 
     """
 
@@ -50,8 +52,10 @@ class Flight:
     findings: tuple[Finding, ...]
     repaired: Ints
     results: "tuple[Result[Floats], ...]"
+    lost: Floats = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "lost", read_only(self.lost, (None, 3), name="lost"))
         for name in ("kept", "repaired"):
             rows = read_only(getattr(self, name), (None,), name=name, dtype=np.int64)
             object.__setattr__(self, name, rows)
@@ -125,6 +129,7 @@ def plan_flight(
         findings=tuple(findings),
         repaired=np.flatnonzero([leg.repaired for leg in flown]),
         results=tuple(legs.results),
+        lost=np.delete(spots, rows, axis=0),
     )
 
 

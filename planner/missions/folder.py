@@ -12,6 +12,10 @@ FILES = frozenset(
     {
         "airspace.npz",
         "config.toml",
+        "hull.glb",
+        "hull.obj",
+        "hull.ply",
+        "hull.stl",
         "overview.png",
         "path.csv",
         "path.json",

@@ -6,15 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planner.airspace.hull import hull_mesh, save_hull
 from planner.errors import PlannerError
+from planner.flight.path import FlightPath
 from planner.geometry import bezier
+from planner.geometry.arrays import Bools, Floats
 from planner.missions.check import check_folder, sha256
 from planner.missions.folder import whole_folder
 from planner.missions.records import write_json, write_points
 from planner.missions.sorties import SortieLimits, write_sorties
 from planner.missions.tables import write_path_table, write_viewpoints
-from planner.report.numbers import summary, versions
-from planner.report.overview import draw_overview
+from planner.report.hull_lines import hull_drawing
+from planner.report.numbers import in_sorties, summary, versions
+from planner.report.overview import DrawnFlight, draw_overview
 from planner.scene.cloud import PointCloud
 from planner.sorties.thought import usable_seconds
 
@@ -90,6 +94,8 @@ def _write_numbers(plan: "Plan", draft: Path) -> None:
     with (draft / "airspace.npz").open("wb") as stream:
         arrays: dict[str, Any] = plan.airspace.to_arrays()
         np.savez_compressed(stream, **arrays)
+    if plan.config.airspace.hull != "none":
+        save_hull(hull_mesh(plan.airspace), draft / f"hull.{plan.config.airspace.hull}")
 
 
 def _write_flight(plan: "Plan", draft: Path) -> None:
@@ -145,12 +151,8 @@ def _draw(plan: "Plan", draft: Path) -> None:
     """Draw the overview."""
     from scipy.spatial import cKDTree
 
-    samples, path, thinned = plan.samples, plan.flight.path, plan.surface.thinned
+    samples, thinned = plan.samples, plan.surface.thinned
     near = np.asarray(cKDTree(samples.xyz).query(thinned.xyz)[1])
-    parameter = np.linspace(0.0, 1.0, CURVE_POINTS)
-    curve = bezier.evaluate(
-        path.controls[:, None], np.broadcast_to(parameter, (len(path), CURVE_POINTS))
-    )
     numbers: dict[str, Any] = summary(plan)
     flown = numbers["path"]
     reasons = ", ".join(
@@ -160,7 +162,7 @@ def _draw(plan: "Plan", draft: Path) -> None:
     draw_overview(
         draft / "overview.png",
         title=f"{plan.scene.name}: {len(plan.viewpoints)} viewpoints, {flown['length']:.0f} m, "
-        f"{flown['duration'] / 60.0:.1f} min",
+        f"{flown['duration'] / 60.0:.1f} min" + in_sorties(numbers["sorties"]),
         cloud=PointCloud(
             np.vstack([thinned.xyz, samples.xyz]),
             None if thinned.normals is None else np.vstack([thinned.normals, samples.normals]),
@@ -168,8 +170,8 @@ def _draw(plan: "Plan", draft: Path) -> None:
         quality=np.concatenate([samples.quality[near], samples.quality]),
         radius=samples.radius,
         viewpoints=plan.viewpoints,
-        curve=curve.reshape(-1, 3),
-        repaired=np.repeat(path.repaired, CURVE_POINTS),
+        flights=_drawn(plan),
+        hull=hull_drawing(plan.airspace, _paths(plan), plan.flight.lost),
         uncovered={
             name: samples.xyz[codes == code]
             for code, name in enumerate(plan.selection.reasons)
@@ -178,3 +180,34 @@ def _draw(plan: "Plan", draft: Path) -> None:
         caption=f"proven to stay {flown['certified_clearance']:.2f} m from everything solid "
         f"(asked: {plan.scale.d_min:.2f} m); samples: {reasons}",
     )
+
+
+def _paths(plan: "Plan") -> list[FlightPath]:
+    """All curves that are flown, one a sortie if there are any."""
+    if plan.sorties is None:
+        return [plan.flight.path]
+    return [sortie.path for sortie in plan.sorties.flown]
+
+
+def _drawn(plan: "Plan") -> list[DrawnFlight]:
+    """The flight, or the sorties from pad to pad."""
+    if plan.sorties is None:
+        return [DrawnFlight("path", *_curve(plan.flight.path))]
+    flights = []
+    for number, sortie in enumerate(plan.sorties.flown, start=1):
+        curve, repaired = _curve(sortie.path)
+        pad = sortie.station.pad
+        label = f"sortie {number}: {len(sortie.photos)} photos, {sortie.duration / 60.0:.1f} min"
+        flights.append(
+            DrawnFlight(label, np.vstack([pad, curve, pad]), np.r_[False, repaired, False])
+        )
+    return flights
+
+
+def _curve(path: FlightPath) -> tuple[Floats, Bools]:
+    """Points all along a path, shape (K, 3), and whether each is on a repaired leg."""
+    parameter = np.linspace(0.0, 1.0, CURVE_POINTS)
+    curve = bezier.evaluate(
+        path.controls[:, None], np.broadcast_to(parameter, (len(path), CURVE_POINTS))
+    )
+    return curve.reshape(-1, 3), np.repeat(path.repaired, CURVE_POINTS)

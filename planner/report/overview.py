@@ -1,22 +1,27 @@
 """One picture of a plan: from the top and from the side."""
 
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from planner.geometry.arrays import Bools, Floats
+from planner.report.hull_lines import HullDrawing
 from planner.scene.cloud import PointCloud
 from planner.viewpoints.viewpoints import Viewpoints
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 INK, PAPER = "#1b2733", "#ffffff"
-PATH_COLOUR, REPAIRED_COLOUR, VIEW_COLOUR = "#14558f", "#d1007a", "#1b2733"
+REPAIRED_COLOUR, VIEW_COLOUR = "#d1007a", "#1b2733"
 START_COLOUR = "#f0a202"
+HULL_COLOUR, ZONE_COLOURS = "#8c4a1f", ("#c00018", "#2c7a3f")
+SORTIE_COLOURS = ("#14558f", "#e07b00", "#0b8a6f", "#8f3fa8", "#a03020", "#5b6f00")
 QUALITY_MAP = "RdYlGn"
 PALE = 0.35  # share of white in the points, so that the path stands out
 REASON_MARKS = {
@@ -31,6 +36,7 @@ REASON_MARKS = {
 LIGHT = np.array([-0.45, -0.55, 0.70])
 TOP = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 MOST_POINTS = 120_000
+MOST_NAMED = 10  # sorties in the legend
 
 
 def oblique(azimuth_deg: float = -60.0, elevation_deg: float = 32.0) -> Floats:
@@ -47,6 +53,26 @@ def oblique(azimuth_deg: float = -60.0, elevation_deg: float = 32.0) -> Floats:
     return np.stack([right, np.cross(towards, right), towards])
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnFlight:
+    """One flight, or one sortie.
+
+    Parameters
+    ----------
+    label
+        What the legend says.
+    curve
+        Dense points along the curve, shape (K, 3), from the ground if it takes off there.
+    repaired
+        Whether each point lies on a repaired leg, shape (K,).
+
+    """
+
+    label: str
+    curve: Floats
+    repaired: Bools
+
+
 def draw_overview(
     path: Path,
     *,
@@ -55,12 +81,12 @@ def draw_overview(
     quality: Floats,
     radius: float,
     viewpoints: Viewpoints,
-    curve: Floats,
-    repaired: Bools,
+    flights: Sequence[DrawnFlight],
+    hull: HullDrawing,
     uncovered: Mapping[str, Floats],
     caption: str,
 ) -> None:
-    """Draw the scene by quality, what is not covered and why, the viewpoints and the path.
+    """Draw the scene by quality, what is not covered and why, the hull, viewpoints and flights.
 
     Parameters
     ----------
@@ -74,8 +100,10 @@ def draw_overview(
         Size that a point stands for, metres.
     viewpoints
         Viewpoints in visiting order.
-    curve, repaired
-        Dense points along the flown curve, shape (K, 3), and whether each lies on a repaired leg.
+    flights
+        What is flown: one flight, or the sorties in order.
+    hull
+        No-fly hull, zones, the place of the smallest clearance and photos that were lost.
     uncovered
         Samples that are not covered by the reason, each of shape (n, 3).
     caption
@@ -95,24 +123,27 @@ def draw_overview(
     for axes, view, name in zip(panels, (TOP, oblique()), ("top", "oblique"), strict=True):
         _points(axes, view, cloud, quality, radius)
         _uncovered(axes, view, uncovered)
-        _flight(axes, view, viewpoints, curve, repaired)
-        _frame(axes, np.vstack([cloud.xyz, viewpoints.positions, curve]) @ view.T)
+        _hull(axes, view, hull)
+        _flights(axes, view, viewpoints, flights)
+        _close_places(axes, view, hull)
+        shown = [cloud.xyz, viewpoints.positions, *(flight.curve for flight in flights)]
+        _frame(axes, np.vstack(shown) @ view.T)
         axes.set_title(f"{name} view", fontsize=11, color=INK)
     panels[0].set_xlabel("local x, metres")
     panels[0].set_ylabel("local y, metres")
     panels[1].set_xticks([])
     panels[1].set_yticks([])
-    _legend(panels[1], bool(repaired.any()))
+    _legend(figure, flights, hull)
     if uncovered:
         panels[0].legend(loc="upper right", fontsize=9, framealpha=0.9, title="not covered")
-    figure.subplots_adjust(left=0.05, right=0.93, top=0.90, bottom=0.09, wspace=0.05)
+    figure.subplots_adjust(left=0.05, right=0.93, top=0.88, bottom=0.15, wspace=0.05)
     bar = figure.add_axes((0.945, 0.15, 0.012, 0.68))
     scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(0.0, 1.0), QUALITY_MAP)
     figure.colorbar(scale, cax=bar, label="quality of the coarse model (0 unknown, 1 well known)")
     figure.suptitle(
         title, fontsize=15, color=INK, x=0.05, ha="left", fontweight="bold", parse_math=False
     )
-    figure.text(0.05, 0.02, caption, fontsize=10, color=INK, parse_math=False)
+    figure.text(0.05, 0.925, caption, fontsize=10, color=INK, parse_math=False)
     buffer = io.BytesIO()
     with mpl.rc_context({"savefig.facecolor": PAPER}):
         figure.savefig(buffer, format="png", metadata={"Software": None})
@@ -157,17 +188,43 @@ def _uncovered(axes: "Axes", view: Floats, uncovered: Mapping[str, Floats]) -> N
         )
 
 
-def _flight(
-    axes: "Axes", view: Floats, viewpoints: Viewpoints, curve: Floats, repaired: Bools
+def _hull(axes: "Axes", view: Floats, hull: HullDrawing) -> None:
+    """Draw the level lines of the hull, darker with height, and the edges of zones."""
+    for level, lines in enumerate(hull.lines):
+        share = (level + 1) / len(hull.lines)
+        for line in lines:
+            flat = line @ view.T
+            style: dict[str, Any] = {"linewidth": 0.8, "alpha": 0.35 + 0.55 * share, "zorder": 1.6}
+            axes.plot(flat[:, 0], flat[:, 1], color=HULL_COLOUR, **style)
+    for colour, outlines in zip(ZONE_COLOURS, (hull.keep_out, hull.keep_in), strict=True):
+        for line in outlines:
+            flat = line @ view.T
+            axes.plot(flat[:, 0], flat[:, 1], color=colour, linewidth=1.1, ls="--", zorder=2.2)
+
+
+def _close_places(axes: "Axes", view: Floats, hull: HullDrawing) -> None:
+    """Ring the place of the smallest clearance, and cross the photos that no flight reaches."""
+    if hull.closest is not None:
+        x, y, _ = view @ hull.closest
+        style: dict[str, Any] = {"marker": "o", "facecolors": "none", "linewidths": 1.8}
+        axes.scatter([x], [y], s=150.0, edgecolors=ZONE_COLOURS[0], zorder=8, **style)
+    flat = hull.lost @ view.T
+    axes.scatter(flat[:, 0], flat[:, 1], s=36.0, marker="x", color=ZONE_COLOURS[0], zorder=8)
+
+
+def _flights(
+    axes: "Axes", view: Floats, viewpoints: Viewpoints, flights: Sequence[DrawnFlight]
 ) -> None:
-    """Draw the path, the repaired legs, and each viewpoint with its direction."""
+    """Draw the flights, the repaired legs, and each viewpoint with its direction."""
     positions = viewpoints.positions @ view.T
     look = viewpoints.directions @ view.T
-    line = curve @ view.T
-    axes.plot(line[:, 0], line[:, 1], color=PAPER, linewidth=2.6, alpha=0.6, zorder=2)
-    axes.plot(line[:, 0], line[:, 1], color=PATH_COLOUR, linewidth=1.2, zorder=3)
-    mended = np.where(repaired[:, None], line[:, :2], np.nan)
-    axes.plot(mended[:, 0], mended[:, 1], color=REPAIRED_COLOUR, linewidth=2.2, zorder=4)
+    line = np.vstack([np.zeros((0, 3)), *(flight.curve for flight in flights)]) @ view.T
+    for flight, colour in zip(flights, _colours(flights), strict=True):
+        own = flight.curve @ view.T
+        axes.plot(own[:, 0], own[:, 1], color=PAPER, linewidth=2.6, alpha=0.6, zorder=2)
+        axes.plot(own[:, 0], own[:, 1], color=colour, linewidth=1.2, zorder=3)
+        mended = np.where(flight.repaired[:, None], own[:, :2], np.nan)
+        axes.plot(mended[:, 0], mended[:, 1], color=REPAIRED_COLOUR, linewidth=2.2, zorder=4)
     span = float(np.ptp(line[:, :2], axis=0).max()) if len(line) else 1.0
     axes.quiver(
         positions[:, 0],
@@ -182,7 +239,7 @@ def _flight(
         zorder=5,
     )
     axes.scatter(positions[:, 0], positions[:, 1], s=7.0, color=VIEW_COLOUR, zorder=6)
-    start = positions[:1]
+    start = np.vstack([np.zeros((0, 3)), *(flight.curve[:1] for flight in flights)]) @ view.T
     axes.scatter(
         start[:, 0], start[:, 1], s=70.0, marker="^", color=START_COLOUR, edgecolor=INK, zorder=7
     )
@@ -200,26 +257,45 @@ def _frame(axes: "Axes", everything: Floats) -> None:
         spine.set_color("#c5ccd3")
 
 
-def _legend(axes: "Axes", repaired: bool) -> None:
+def _colours(flights: Sequence[DrawnFlight]) -> list[str]:
+    """Colour of each flight; colours come again after six."""
+    return [SORTIE_COLOURS[number % len(SORTIE_COLOURS)] for number in range(len(flights))]
+
+
+def _legend(figure: "Figure", flights: Sequence[DrawnFlight], hull: HullDrawing) -> None:
     """Name the marks."""
     from matplotlib.lines import Line2D
 
+    def mark(label: str, **style: Any) -> Line2D:
+        return Line2D([], [], label=label, **style)
+
     marks = [
-        Line2D([], [], color=PATH_COLOUR, label="path"),
-        Line2D(
-            [], [], color=VIEW_COLOUR, marker="o", markersize=3, label="viewpoint and direction"
-        ),
-        Line2D(
-            [],
-            [],
-            color="none",
-            marker="^",
-            markerfacecolor=START_COLOUR,
-            markeredgecolor=INK,
-            markersize=8,
-            label="start",
-        ),
-    ]
-    if repaired:
-        marks.insert(1, Line2D([], [], color=REPAIRED_COLOUR, linewidth=2.2, label="repaired leg"))
-    axes.legend(handles=marks, loc="upper right", fontsize=9, framealpha=0.9)
+        mark(flight.label, color=colour)
+        for flight, colour in zip(flights, _colours(flights), strict=True)
+    ][:MOST_NAMED]
+    if len(flights) > MOST_NAMED:
+        marks.append(mark(f"... {len(flights)} sorties in all", color="none"))
+    if any(flight.repaired.any() for flight in flights):
+        marks.append(mark("repaired leg", color=REPAIRED_COLOUR, linewidth=2.2))
+    marks.append(mark("viewpoint and direction", color=VIEW_COLOUR, marker="o", markersize=3))
+    start: dict[str, Any] = {"marker": "^", "markerfacecolor": START_COLOUR, "markeredgecolor": INK}
+    marks.append(mark("start", color="none", markersize=8, **start))
+    if any(hull.lines):
+        low, high = hull.levels[0], hull.levels[-1]
+        label = f"no-fly hull at z = {low:.0f} to {high:.0f} m"
+        marks.append(mark(label, color=HULL_COLOUR, linewidth=0.8))
+    for name, colour, outlines in (
+        ("keep-out zone", ZONE_COLOURS[0], hull.keep_out),
+        ("keep-in zone", ZONE_COLOURS[1], hull.keep_in),
+    ):
+        if outlines:
+            marks.append(mark(name, color=colour, linestyle="--"))
+    ring: dict[str, Any] = {"color": "none", "markeredgecolor": ZONE_COLOURS[0]}
+    if hull.closest is not None:
+        label = f"smallest clearance, {hull.clearance:.2f} m"
+        marks.append(mark(label, marker="o", markerfacecolor="none", markersize=9, **ring))
+    if len(hull.lost):
+        marks.append(mark(f"photo that is not flown ({len(hull.lost)})", marker="x", **ring))
+    figure.legend(
+        handles=marks, loc="lower right", bbox_to_anchor=(0.935, 0.005), ncols=5, fontsize=9
+    )

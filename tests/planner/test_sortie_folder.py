@@ -8,6 +8,7 @@ import pytest
 
 from planner import Plan, PlannerError, check_folder, load_config, plan, synthetic_scene
 from planner.missions.records import read_json
+from planner.report.numbers import in_sorties
 
 SETTINGS = [
     "scale.radius_share=0.045",
@@ -60,6 +61,11 @@ def test_sorties_are_written_proven_and_reported(planned, written):
     assert all(entry["duration"] <= 250.0 * 0.75 + 1e-6 for entry in report["flown"])
     assert all(entry["certified_clearance"] >= planned.scale.d_min for entry in report["flown"])
     assert Plan.load(written).config.sorties == planned.config.sorties
+    longest = max(entry["duration"] for entry in report["flown"])
+    clause = in_sorties(report)
+    assert clause.startswith(f", {found.sorties} sorties (longest {longest / 60.0:.1f} min")
+    assert f"{100.0 * (1.0 - longest / 250.0):.0f} % of the battery left" in clause
+    assert in_sorties(None) == ""
 
 
 def test_each_written_row_keeps_its_distance_but_for_take_off_and_landing(planned, written):
