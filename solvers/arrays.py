@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 from solvers.errors import InvalidProblem, InvalidSolution
 
 Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
@@ -27,6 +29,29 @@ def floats(values: Any, shape: tuple[int, ...], name: str, *, least: float = -np
         raise InvalidProblem(f"{name} must be finite; {_first(~np.isfinite(array))} is not.")
     if (array < least).any():
         raise InvalidProblem(f"{name} must be at least {least}; {_first(array < least)} is not.")
+    read_only(array)
+    return array
+
+
+def singles(values: Any, shape: tuple[int, ...], name: str) -> Singles:
+    """Own, read-only float32 copy of that shape; a scalar fills it."""
+    try:
+        with np.errstate(over="ignore"):  # what is too large is not finite then
+            array = np.array(np.broadcast_to(np.asarray(values), shape), dtype=np.float32)
+    except (TypeError, ValueError) as error:
+        raise InvalidProblem(f"{name} must be numbers of shape {shape}: {error}") from error
+    if not np.isfinite(array).all():
+        raise InvalidProblem(f"{name} must be finite; {_first(~np.isfinite(array))} is not.")
+    read_only(array)
+    return array
+
+
+def truths(values: Any, shape: tuple[int, ...], name: str) -> Bools:
+    """Own, read-only boolean copy of that shape, true where not 0; a scalar fills it."""
+    given = np.asarray(values)
+    if given.dtype != np.bool_ or given.shape not in {(), shape}:
+        given = floats(values, shape, name) != 0.0
+    array = np.array(np.broadcast_to(given, shape))
     read_only(array)
     return array
 

@@ -21,7 +21,7 @@ def fewest(starts: Array, sight: Array, weights: Array, target: float) -> tuple[
     element (nnz,).
     """
     needed = np.zeros(len(starts) - 1, dtype=np.int64)
-    halves = np.zeros(len(sight))
+    halves = np.zeros(sight.shape[1])
     best = weights.max()
     for e in range(len(needed)):
         first, size = starts[e], starts[e + 1] - starts[e]
@@ -33,7 +33,7 @@ def fewest(starts: Array, sight: Array, weights: Array, target: float) -> tuple[
             continue
         worth = np.empty(size)
         for k in range(size):
-            worth[k] = best * max(0.0, sight[first + k, 3]) * max(0.0, sight[first + k, 4])
+            worth[k] = best * max(0.0, sight[3, first + k]) * max(0.0, sight[4, first + k])
         worth = np.sort(worth)[::-1]
         value = 0.0
         for k in range(size):

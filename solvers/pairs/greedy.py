@@ -64,10 +64,7 @@ def begin(
     state = empty_state(problem)
     given = np.array(start, dtype=np.int64) if run.initial is None else run.initial
     limit = np.inf if problem.budget is None else problem.budget
-    for candidate in chosen_indices(given, problem.candidates):  # few: a start
-        fits = state.totals[1] + problem.prices[candidate] <= limit
-        if fits and not state.blocked[candidate]:
-            state_kernels.flip(state, candidate)
+    state_kernels.adopt(state, np.array(chosen_indices(given, problem.candidates)), limit)
     wanted = problem.wanted if problem.budget is None else int(problem.reachable.sum())
     log = np.empty(problem.candidates + 1, dtype=np.int64)
     search_kernels.fill(state, wanted, limit, -1, log, 0)

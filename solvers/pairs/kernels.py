@@ -1,5 +1,7 @@
 """Compiled sums over pairs; import only where they are needed."""
 
+# ruff: noqa: PLR0917 - positional arguments, as compiled code takes them
+
 import math
 from typing import Any
 
@@ -22,17 +24,15 @@ def grain(value: float) -> float:
 
 @compiled
 def pair_value(first: Array, a: int, second: Array, b: int, weights: Array) -> float:
-    """Value of the pair of the hits in rows ``a`` and ``b``, rounded to the grain.
+    """Value of the pair of the hits in columns ``a`` and ``b``, rounded to the grain.
 
-    Each row holds a ray, nearness and facing.
+    Each column holds a ray, nearness and facing.
     """
-    near = min(first[a, 3], second[b, 3])
-    face = min(first[a, 4], second[b, 4])
-    if near <= 0.0 or face <= 0.0:
-        return 0.0
-    x = first[a, 0] - second[b, 0]
-    y = first[a, 1] - second[b, 1]
-    z = first[a, 2] - second[b, 2]
+    near = max(0.0, min(first[3, a], second[3, b]))
+    face = max(0.0, min(first[4, a], second[4, b]))
+    x = first[0, a] - second[0, b]
+    y = first[1, a] - second[1, b]
+    z = first[2, a] - second[2, b]
     place = math.sqrt(x * x + y * y + z * z) * (0.5 * (len(weights) - 1))
     low = min(int(place), len(weights) - 2)
     share = min(place - low, 1.0)
@@ -41,35 +41,125 @@ def pair_value(first: Array, a: int, second: Array, b: int, weights: Array) -> f
 
 
 @compiled
-def values(starts: Array, taken: Array, owner: Array, sight: Array, weights: Array) -> Array:
-    """Sum of the pair values at each element over the hits of taken candidates.
+def pair_values(
+    first: Array, a: int, second: Array, begin: int, end: int, weights: Array, out: Array
+) -> None:
+    """Write the values of the pairs of hit ``a`` with ``begin`` to ``end`` to ``out`` from 0 on.
 
-    Hits ``starts[e]`` to ``starts[e + 1]`` are those of element ``e``; ``owner`` their
-    candidates.
+    The same as :func:`pair_value`, in two loops over contiguous rows, since processors take
+    several steps of the first one at once.
     """
-    total = np.zeros(len(starts) - 1)
-    chosen = np.empty(len(owner), dtype=np.int64)
-    for e in range(len(total)):
-        count = 0
-        for k in range(starts[e], starts[e + 1]):
-            if taken[owner[k]]:
-                for i in range(count):
-                    total[e] += pair_value(sight, chosen[i], sight, k, weights)
-                chosen[count] = k
-                count += 1
+    ax, ay, az, near_a, face_a = first[0, a], first[1, a], first[2, a], first[3, a], first[4, a]
+    xs, ys, zs = second[0, begin:end], second[1, begin:end], second[2, begin:end]
+    nears, faces = second[3, begin:end], second[4, begin:end]
+    scale, top = 0.5 * (len(weights) - 1), len(weights) - 2
+    for k in range(end - begin):
+        x, y, z = ax - xs[k], ay - ys[k], az - zs[k]
+        out[k] = math.sqrt(x * x + y * y + z * z) * scale
+    for k in range(end - begin):
+        place = out[k]
+        low = min(int(place), top)
+        share = min(place - low, 1.0)
+        weight = weights[low] + share * (weights[low + 1] - weights[low])
+        near, face = max(0.0, min(near_a, nears[k])), max(0.0, min(face_a, faces[k]))
+        out[k] = grain(weight * near * face)
+
+
+@compiled
+def transposed(indptr: Array, element: Array, starts: Array, at: Array, owner: Array) -> None:
+    """Order the hits of candidates element by element, candidates ascending.
+
+    Fills the row starts (elements + 1,), and which hit of which candidate each is, (nnz,).
+    """
+    starts[:] = 0
+    for e in element:
+        starts[e + 1] += 1
+    for e in range(len(starts) - 1):
+        starts[e + 1] += starts[e]
+    end = starts[:-1].copy()
+    for c in range(len(indptr) - 1):
+        for hit in range(indptr[c], indptr[c + 1]):
+            k = end[element[hit]]
+            end[element[hit]] += 1
+            at[k], owner[k] = hit, c
+
+
+@compiled
+def gathered(at: Array, rays: Array, nearness: Array, facing: Array, sight: Array) -> None:
+    """Fill ``sight`` (5, nnz) with ray, nearness and facing of the hits in this order."""
+    for k in range(len(at)):
+        hit = at[k]
+        sight[0, k], sight[1, k], sight[2, k] = rays[hit, 0], rays[hit, 1], rays[hit, 2]
+        sight[3, k], sight[4, k] = nearness[hit], facing[hit]
+
+
+@compiled
+def values(
+    chosen: Array,
+    indptr: Array,
+    element: Array,
+    rays: Array,
+    nearness: Array,
+    facing: Array,
+    weights: Array,
+    size: int,
+) -> Array:
+    """Sum of the pair values at each of ``size`` elements over the hits of chosen candidates."""
+    starts = np.zeros(size + 1, dtype=np.int64)
+    for c in chosen:
+        for hit in range(indptr[c], indptr[c + 1]):
+            starts[element[hit] + 1] += 1
+    longest = starts.max()
+    for e in range(size):
+        starts[e + 1] += starts[e]
+    count = np.zeros(size, dtype=np.int64)
+    crew = np.empty((5, starts[size]), dtype=np.float32)
+    total, row = np.zeros(size), np.empty(longest)
+    for c in chosen:
+        for hit in range(indptr[c], indptr[c + 1]):
+            e = element[hit]
+            first, end = starts[e], starts[e] + count[e]
+            crew[0, end], crew[1, end], crew[2, end] = rays[hit, 0], rays[hit, 1], rays[hit, 2]
+            crew[3, end], crew[4, end] = nearness[hit], facing[hit]
+            pair_values(crew, end, crew, first, end, weights, row)
+            total[e] += row[: count[e]].sum()
+            count[e] += 1
     return total
 
 
 @compiled
 def reaches(starts: Array, sight: Array, weights: Array, target: float) -> Array:
-    """Whether each element's value reaches the target when all its hits are taken."""
+    """Whether each element's value reaches the target when all its hits are taken.
+
+    Looks at the hits in an order that begins with far ones, since neighbours among them are
+    alike and make few good pairs.
+    """
+    size = 0
+    for e in range(len(starts) - 1):
+        size = max(size, starts[e + 1] - starts[e])
+    crew, row = np.empty((5, size), dtype=np.float32), np.empty(size)
     reached = np.zeros(len(starts) - 1, dtype=np.bool_)
     for e in range(len(reached)):
-        total = 0.0
-        for i in range(starts[e], starts[e + 1]):
-            for j in range(starts[e], i):
-                total += pair_value(sight, i, sight, j, weights)
+        count, total = starts[e + 1] - starts[e], 0.0
+        step = coprime(count)
+        for n in range(count):
+            crew[:, n] = sight[:, starts[e] + (n * step) % count]
+            pair_values(crew, n, crew, 0, n, weights, row)
+            total += row[:n].sum()
             if total >= target:
                 reached[e] = True
                 break
     return reached
+
+
+@compiled
+def coprime(count: int) -> int:
+    """Whole number near the golden section of ``count`` that shares no factor with it."""
+    step = max(1, int(0.618 * count))
+    while True:
+        a, b = count, step
+        while b:
+            a, b = b, a % b
+        if a <= 1:
+            return step
+        step += 1

@@ -8,15 +8,23 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.arrays import Floats, Ints, chosen_indices, counts, floats, read_only
+from solvers.arrays import (
+    Floats,
+    Ints,
+    Singles,
+    chosen_indices,
+    counts,
+    floats,
+    read_only,
+    singles,
+    truths,
+)
 from solvers.errors import InvalidProblem, InvalidSolution
 from solvers.problem import Answer
 from solvers.result import Status
 
 Chosen = Ints
 """Sorted indices of the chosen candidates, shape (k,)."""
-
-Singles = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
@@ -121,28 +129,28 @@ class PairCoverProblem:
             raise InvalidProblem("weights must be two numbers or more, at chords from 0 to 2.")
         candidates, elements = (int(size) for size in covers.shape)
         hits = int(covers.nnz)
-        unit = floats(rays, (hits, 3), "rays")
-        if hits and np.abs(np.linalg.norm(unit, axis=1) - 1.0).max() > 1e-3:
+        unit = singles(rays, (hits, 3), "rays")
+        if hits and np.abs(np.einsum("ij,ij->i", unit, unit) - 1.0).max() > 2e-3:
             raise InvalidProblem("rays must have length 1.")
         try:
             groups = tuple(chosen_indices(group, candidates) for group in conflicts)
         except InvalidSolution as error:
             raise InvalidProblem(f"conflicts: {error}") from error
         columns = covers.indices.astype(np.int32)
-        marks = floats(fine, (hits,), "fine") != 0.0
+        marks = truths(fine, (hits,), "fine")
         wanted_fine = counts(fine_demand, (elements,), "fine_demand")
         give_fine = np.minimum(wanted_fine, np.bincount(columns[marks], minlength=elements))
         fields = {
             "indptr": read_only(covers.indptr.astype(np.int64)),
             "indices": read_only(columns),
-            "rays": read_only(unit.astype(np.float32)),
-            "nearness": read_only(floats(nearness, (hits,), "nearness").astype(np.float32)),
-            "facing": read_only(floats(facing, (hits,), "facing").astype(np.float32)),
+            "rays": unit,
+            "nearness": singles(nearness, (hits,), "nearness"),
+            "facing": singles(facing, (hits,), "facing"),
             "weights": floats(weights, (len(weights),), "weights", least=0.0),
             "target": float(target),
             "share": float(share),
             "budget": budget,
-            "fine": read_only(marks),
+            "fine": marks,
             "fine_demand": read_only(give_fine.astype(np.int64)),
             "fine_shortfall": read_only((wanted_fine - give_fine).astype(np.int64)),
             "prices": floats(prices, (candidates,), "prices", least=0.0),
@@ -173,35 +181,38 @@ class PairCoverProblem:
     @cached_property
     def by_element(self) -> tuple[Ints, NDArray[np.int32], NDArray[np.int32]]:
         """Row starts (elements + 1,), hits by element (nnz,), candidate of each hit (nnz,)."""
-        at = np.argsort(self.indices, kind="stable").astype(np.int32)
-        starts = np.searchsorted(self.indices[at], np.arange(self.elements + 1)).astype(np.int64)
-        candidates = np.arange(self.candidates, dtype=np.int32)
-        owner = np.repeat(candidates, np.diff(self.indptr))[at]
+        from solvers.pairs import kernels
+
+        starts = np.empty(self.elements + 1, dtype=np.int64)
+        at, owner = np.empty((2, len(self.indices)), dtype=np.int32)
+        kernels.transposed(self.indptr, self.indices, starts, at, owner)
         for array in (starts, at, owner):
             read_only(array)
         return starts, at, owner
 
     @cached_property
     def sight(self) -> Singles:
-        """Ray, nearness and facing of each hit, element by element, shape (nnz, 5)."""
-        at = self.by_element[1]
-        return np.column_stack([self.rays[at], self.nearness[at], self.facing[at]])
+        """Ray, nearness and facing of each hit, element by element, shape (5, nnz)."""
+        from solvers.pairs import kernels
+
+        sight = np.empty((5, len(self.indices)), dtype=np.float32)
+        kernels.gathered(self.by_element[1], self.rays, self.nearness, self.facing, sight)
+        return sight
 
     def values(self, chosen: Chosen) -> Floats:
         """Value of each element under a choice, shape (elements,)."""
         from solvers.pairs import kernels
 
-        taken = np.zeros(self.candidates, dtype=np.bool_)
-        taken[chosen] = True
-        starts, _, owner = self.by_element
-        return kernels.values(starts, taken, owner, self.sight, self.weights)
+        hits = (self.indptr, self.indices, self.rays, self.nearness, self.facing)
+        rows = np.array(chosen, dtype=np.int64)
+        return kernels.values(rows, *hits, self.weights, self.elements)
 
     def fine_hits(self, chosen: Chosen) -> Ints:
         """How many fine hits each element has under a choice, shape (elements,)."""
-        taken = np.zeros(self.candidates, dtype=np.bool_)
-        taken[chosen] = True
-        hit = np.repeat(taken, np.diff(self.indptr)) & self.fine
-        return np.bincount(self.indices[hit], minlength=self.elements).astype(np.int64)
+        parts = [np.arange(*self.indptr[row : row + 2]) for row in chosen]
+        hit = np.concatenate([np.empty(0, dtype=np.int64), *parts])
+        element = self.indices[hit[self.fine[hit]]]
+        return np.bincount(element, minlength=self.elements).astype(np.int64)
 
     def satisfied(self, chosen: Chosen) -> NDArray[np.bool_]:
         """Which reachable elements are satisfied by a choice, shape (elements,)."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from solvers.compiled import compiled
 from solvers.pairs.state import Array, State
-from solvers.pairs.state_kernels import flip, loss_of
+from solvers.pairs.state_kernels import flip, loss_within
 
 
 @compiled
@@ -39,7 +39,7 @@ def best_single(s: State, limit: float, banned: int) -> int:
         total = 0.0
         for at in range(indptr[c], indptr[c + 1]):
             if live[elements[at]] and value[elements[at]] < target:
-                total += max(sight[place[at], 3], 0.0) * max(sight[place[at], 4], 0.0)
+                total += max(sight[3, place[at]], 0.0) * max(sight[4, place[at]], 0.0)
         if total <= 0.0:
             continue
         key = total / s.prices[c] if s.prices[c] > 0.0 else np.inf
@@ -72,8 +72,10 @@ def least_loss(s: State) -> tuple[int, int]:
     best, best_lost, best_key = -1, 0, np.inf
     for c in range(len(s.taken)):
         if s.taken[c]:
-            lost, loss = loss_of(s, c)
-            key = loss / s.prices[c] if s.prices[c] > 0.0 else np.inf
+            price = s.prices[c]
+            # A little more than can be of use, so that rounding of the quotient does not matter.
+            lost, loss = loss_within(s, c, 0, best_key * price * (1.0 + 1e-9))
+            key = loss / price if price > 0.0 else np.inf
             if best < 0 or key < best_key:
                 best, best_lost, best_key = c, lost, key
     return best, best_lost
@@ -87,7 +89,8 @@ def prune(s: State, wanted: int) -> None:
         for c in range(len(s.taken)):
             if not s.taken[c] or s.prices[c] == 0.0:
                 continue
-            lost, loss = loss_of(s, c)
+            most = best_loss * s.prices[c] * (1.0 + 1e-9) if best >= 0 else np.inf
+            lost, loss = loss_within(s, c, best_lost, most)
             key = loss / s.prices[c]
             if best < 0 or lost < best_lost or (lost == best_lost and key < best_loss):
                 best, best_lost, best_loss = c, lost, key

@@ -18,7 +18,7 @@ BONUS = 0.5
 FINE_WORTH = 0.25
 START = (0.25, 0.125)
 LATE = 16
-"""Changes that an element may keep for later; see :class:`State`."""
+"""Changes that an element may keep for later; with one more, all its sums are made anew."""
 
 
 class State(NamedTuple):
@@ -38,7 +38,7 @@ class State(NamedTuple):
         Hits of each candidate: row starts (C + 1,), element, and place by element (nnz,).
     starts, owner, sight, fine
         Hits of each element: row starts (E + 1,), candidate, ray with nearness and facing
-        (nnz, 5), and whether it is fine.
+        (5, nnz), and whether it is fine.
     weights, prices, live, fine_demand, limits
         Pair weights; price of each candidate; elements in reach; fine hits wanted; and
         target, worth of a fine hit, bonus and worth of the first and second single hit.
@@ -46,21 +46,25 @@ class State(NamedTuple):
         Conflict groups of each candidate, and candidates of each group.
     partial
         What each hit that is not chosen would bring its element in pairs with the chosen ones,
-        by element (nnz,), without the changes kept for later.
+        by element (nnz,), without the changes kept for later. Those of chosen hits mean nothing,
+        nor do the gains of chosen candidates.
     value, hits, fine_hits
         Value, chosen hits and chosen fine hits of each element, (E,).
     crew, crew_sight, crew_sum, seat
         The chosen hits of each element from its start on, their rays with nearness and facing,
-        and the sums of their pairs with the others, (nnz,), so that they lie side by side; and
-        where among them each chosen hit is.
+        (5, nnz), and the sums of their pairs with the others, (nnz,), so that they lie side by
+        side; and where among them each chosen hit is.
     late, kept
         How many changes each element keeps for later, (E,), and which, (E, LATE): twice the hit,
-        plus one if it was taken out.
+        plus one if it was taken out; one more than LATE where they are no longer kept, and what
+        the hits not chosen would bring is to be summed up anew.
     taken, gain, blocked
         Whether each candidate is chosen, the worth it would add if not, and how many chosen
         ones it conflicts with, (C,).
     totals
         Elements satisfied, price and worth.
+    row
+        Room for a number a hit of any one element.
 
     """
 
@@ -94,6 +98,7 @@ class State(NamedTuple):
     gain: Array
     blocked: Array
     totals: Array
+    row: Array
 
 
 def empty_state(
@@ -132,7 +137,7 @@ def empty_state(
         prices=problem.prices,
         live=problem.reachable,
         fine_demand=problem.fine_demand,
-        limits=np.concatenate([[target], np.floor(extras * GRAIN) / GRAIN]),
+        limits=np.concatenate([[np.ceil(target * GRAIN)], np.floor(extras * GRAIN)]) / GRAIN,
         group_ptr=reached.astype(np.int64),
         group=np.repeat(np.arange(len(sizes)), sizes)[by_candidate].astype(np.int64),
         rival_ptr=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
@@ -142,7 +147,7 @@ def empty_state(
         hits=np.zeros(problem.elements, dtype=np.int64),
         fine_hits=np.zeros(problem.elements, dtype=np.int64),
         crew=np.empty(len(at), dtype=np.int32),
-        crew_sight=np.empty((len(at), 5), dtype=np.float32),
+        crew_sight=np.empty((5, len(at)), dtype=np.float32),
         crew_sum=np.empty(len(at)),
         seat=np.empty(len(at), dtype=np.int32),
         late=np.zeros(problem.elements, dtype=np.int64),
@@ -151,6 +156,7 @@ def empty_state(
         gain=np.zeros(problem.candidates),
         blocked=np.zeros(problem.candidates, dtype=np.int64),
         totals=np.zeros(3),
+        row=np.empty(int(np.diff(starts).max(initial=0))),
     )
     state_kernels.start(state)
     return state

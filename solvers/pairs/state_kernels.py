@@ -6,9 +6,11 @@ every time that it is read.
 
 # ruff: noqa: PLR0917 - positional arguments, as compiled code takes them
 
+import numpy as np
+
 from solvers.compiled import compiled
-from solvers.pairs.kernels import grain, pair_value
-from solvers.pairs.state import Array, State
+from solvers.pairs.kernels import grain, pair_value, pair_values
+from solvers.pairs.state import LATE, Array, State
 
 
 @compiled
@@ -40,13 +42,19 @@ def gain_of(s: State, c: int) -> float:
         total += worth(value[e] + partial[k], more, wanted[e], *rule)
         total -= worth(value[e], fine_hits[e], wanted[e], *rule)
         if hits[e] < 2:
-            total += grain(limits[3 + hits[e]] * max(sight[k, 3], 0.0) * max(sight[k, 4], 0.0))
+            total += grain(limits[3 + hits[e]] * max(sight[3, k], 0.0) * max(sight[4, k], 0.0))
     return float(total)
 
 
 @compiled
 def loss_of(s: State, c: int) -> tuple[int, float]:
     """Satisfied elements, and worth, that would be lost without the chosen candidate ``c``."""
+    return loss_within(s, c, len(s.value), np.inf)
+
+
+@compiled
+def loss_within(s: State, c: int, most_lost: int, most: float) -> tuple[int, float]:
+    """As :func:`loss_of`; less than all of it once both are at least as much as given."""
     elements, place, live, values, fine_hits = s.element, s.place, s.live, s.value, s.fine_hits
     crew_sum, seat, fine, wanted = s.crew_sum, s.seat, s.fine, s.fine_demand
     target = s.limits[0]
@@ -61,14 +69,50 @@ def loss_of(s: State, c: int) -> tuple[int, float]:
         total += worth(value, now, want, *rule) - worth(lower, less, want, *rule)
         if value >= target and now >= want:
             lost += 1
+        if lost >= most_lost and total >= most:
+            break
     return lost, total
 
 
 @compiled
 def start(s: State) -> None:
-    """Gains of the empty choice."""
+    """Gains of the choice as it is."""
     for c in range(len(s.taken)):
         s.gain[c] = gain_of(s, c)
+
+
+@compiled
+def adopt(s: State, candidates: Array, limit: float) -> None:
+    """Add candidates to the empty choice, as to flip each that fits and conflicts with none.
+
+    Works element by element, which is far quicker than candidate by candidate.
+    """
+    starts, owner, live, taken, totals = s.starts, s.owner, s.live, s.taken, s.totals
+    values, hits, fine_hits, late, row = s.value, s.hits, s.fine_hits, s.late, s.row
+    crew, sums = (s.crew, s.crew_sight, s.crew_sum, s.seat), (s.partial, s.sight, s.weights, row)
+    target = s.limits[0]
+    rule = (target, s.limits[1], s.limits[2])
+    for c in candidates:
+        if totals[1] + s.prices[c] <= limit and s.blocked[c] == 0:
+            taken[c] = True
+            totals[1] += s.prices[c]
+            _block(s, c, 1)
+    for e in range(len(values)):
+        first, last, want = starts[e], starts[e + 1], s.fine_demand[e]
+        for k in range(first, last):
+            if taken[owner[k]]:
+                values[e] += _join(*crew, first, hits[e], k, s.sight, s.weights, row)
+                hits[e] += 1
+                fine_hits[e] += s.fine[k]
+        done = values[e] >= target and fine_hits[e] >= want
+        late[e] = LATE + 1
+        if live[e]:
+            totals[0] += done
+            totals[2] += worth(values[e], fine_hits[e], want, *rule)
+        if live[e] and (not done or hits[e] < 2):
+            _renew(first, last, s.crew_sight, hits[e], *sums)
+            late[e] = 0
+    start(s)
 
 
 @compiled
@@ -77,10 +121,10 @@ def flip(s: State, v: int) -> None:
     elements, place, starts, owner, live = s.element, s.place, s.starts, s.owner, s.live
     partial, fine, sight, weights, taken = s.partial, s.fine, s.sight, s.weights, s.taken
     values, hits, fine_hits, gain, limits = s.value, s.hits, s.fine_hits, s.gain, s.limits
-    late, kept, fine_demand, totals = s.late, s.kept, s.fine_demand, s.totals
-    crew = (s.crew, s.crew_sight, s.crew_sum, s.seat)
+    late, kept, fine_demand, totals, row = s.late, s.kept, s.fine_demand, s.totals, s.row
+    crew_sight, crew = s.crew_sight, (s.crew, s.crew_sight, s.crew_sum, s.seat)
     target = limits[0]
-    rule, bonus = (target, limits[1], limits[2]), limits[2]
+    rule = (target, limits[1], limits[2])
     adds = not taken[v]
     sign = 1 if adds else -1
     taken[v] = adds
@@ -89,55 +133,86 @@ def flip(s: State, v: int) -> None:
         first, last, want = starts[e], starts[e + 1], fine_demand[e]
         old, old_fine, old_hits = values[e], fine_hits[e], hits[e]
         if adds:
-            more = _join(*crew, first, old_hits, a, sight, weights)
+            more = _join(*crew, first, old_hits, a, sight, weights, row)
         else:
-            more = _leave(*crew, first, old_hits, a, weights)
-            partial[a] = more - _kept_sum(kept[e, : late[e]], a, sight, weights)
+            more = _leave(*crew, first, old_hits, a, weights, row)
         new, new_fine, new_hits = old + sign * more, old_fine + sign * fine[a], old_hits + sign
         values[e], fine_hits[e], hits[e] = new, new_fine, new_hits
         done = min(old, new) >= target and min(old_fine, new_fine) >= want
-        if not live[e] or (done and min(old_hits, new_hits) >= 2):
-            if late[e] == kept.shape[1]:
-                _settle(first, last, kept[e], taken, owner, partial, sight, weights)
-                late[e] = 0
+        if not live[e]:
+            late[e] = LATE + 1
+            continue
+        if done and min(old_hits, new_hits) >= 2:
+            if not adds and late[e] <= LATE:
+                partial[a] = more - _kept_sum(kept[e, : late[e]], a, sight, weights)
             late[e] = _keep(kept[e], late[e], a, adds)
             continue
-        if late[e] > 0:
-            _settle(first, last, kept[e, : late[e]], taken, owner, partial, sight, weights)
-            late[e] = 0
+        if late[e] > min(LATE, old_hits):
+            _renew(first, last, crew_sight, min(old_hits, new_hits), partial, sight, weights, row)
+            if not adds:  # the crew is already without it
+                _count(first, last, sight, a, 1, partial, sight, weights, row)
+        elif late[e] > 0:
+            _settle(first, last, kept[e, : late[e]], partial, sight, weights, row)
+        late[e] = 0
         rise = worth(new, new_fine, want, *rule) - worth(old, old_fine, want, *rule)
         open_before = old < target or old_fine < want
         totals[0] += int(open_before) - int(new < target or new_fine < want)
         totals[2] += rise
-        old_single = limits[3 + old_hits] if old_hits < 2 else 0.0
-        new_single = limits[3 + new_hits] if new_hits < 2 else 0.0
+        pair_values(sight, a, sight, first, last, weights, row)
+        change = (sign, old, old_fine, new, new_fine, want, rise)
+        _changes(row, partial[first:last], fine[first:last], change, rule)
+        if min(old_hits, new_hits) < 2:
+            old_single = limits[3 + old_hits] if old_hits < 2 else 0.0
+            new_single = limits[3 + new_hits] if new_hits < 2 else 0.0
+            for k in range(first, last):
+                lone = max(sight[3, k], 0.0) * max(sight[4, k], 0.0)
+                row[k - first] += grain(new_single * lone) - grain(old_single * lone)
         for k in range(first, last):
-            c = owner[k]
-            if taken[c] or k == a:
-                continue
-            before = partial[k]
-            after = before + sign * pair_value(sight, a, sight, k, weights)
-            partial[k] = after
-            if want == 0:  # the same as below
-                change = min(new + after, target) - min(old + before, target) - rise
-                if new + after >= target:
-                    change += bonus
-                if old + before >= target:
-                    change -= bonus
-            else:
-                change = worth(new + after, new_fine + fine[k], want, *rule) - rise
-                change -= worth(old + before, old_fine + fine[k], want, *rule)
-            if old_single != new_single:
-                lone = max(sight[k, 3], 0.0) * max(sight[k, 4], 0.0)
-                change += grain(new_single * lone) - grain(old_single * lone)
-            gain[c] += change
+            gain[owner[k]] += row[k - first]
+        if not adds:
+            partial[a] = more
     totals[1] += sign * s.prices[v]
     if not adds:
         gain[v] = gain_of(s, v)
+    _block(s, v, sign)
+
+
+@compiled
+def _block(s: State, v: int, sign: int) -> None:
+    """Count one chosen candidate more, or less, that others conflict with."""
     for g in range(s.group_ptr[v], s.group_ptr[v + 1]):
         for r in range(s.rival_ptr[s.group[g]], s.rival_ptr[s.group[g] + 1]):
             if s.rival[r] != v:
                 s.blocked[s.rival[r]] += sign
+
+
+@compiled
+def _changes(
+    row: Array,
+    partial: Array,
+    fine: Array,
+    change: tuple[int, float, int, float, int, int, float],
+    rule: tuple[float, float, float],
+) -> None:
+    """Turn values of pairs in ``row`` into changes of gains, and add them to ``partial``.
+
+    ``change`` holds the sign, value and fine hits before and after, the fine hits wanted and
+    the worth that the element won.
+    """
+    sign, old, old_fine, new, new_fine, want, rise = change
+    target, _, bonus = rule
+    for k in range(len(partial)):
+        before = partial[k]
+        after = before + sign * row[k]
+        partial[k] = after
+        if want == 0:  # the same as below
+            won = min(new + after, target) - min(old + before, target) - rise
+            won += bonus if new + after >= target else 0.0
+            won -= bonus if old + before >= target else 0.0
+        else:
+            won = worth(new + after, new_fine + fine[k], want, *rule) - rise
+            won -= worth(old + before, old_fine + fine[k], want, *rule)
+        row[k] = won
 
 
 @compiled
@@ -151,16 +226,17 @@ def _join(
     a: int,
     sight: Array,
     weights: Array,
+    row: Array,
 ) -> float:
     """Put hit ``a`` beside the ``size`` chosen ones from ``first`` on; the sum of its pairs."""
     total, end = 0.0, first + size
-    for n in range(first, end):
-        value = pair_value(sight, a, crew_sight, n, weights)
-        crew_sum[n] += value
-        total += value
+    pair_values(sight, a, crew_sight, first, end, weights, row)
+    for n in range(size):
+        crew_sum[first + n] += row[n]
+        total += row[n]
     crew[end], crew_sum[end], seat[a] = a, total, end
     for column in range(5):
-        crew_sight[end, column] = sight[a, column]
+        crew_sight[column, end] = sight[column, a]
     return total
 
 
@@ -174,28 +250,32 @@ def _leave(
     size: int,
     a: int,
     weights: Array,
+    row: Array,
 ) -> float:
     """Take hit ``a`` out of the ``size`` chosen ones from ``first`` on; the sum of its pairs."""
     place, end = seat[a], first + size - 1
     total = crew_sum[place]
-    for n in range(first, end + 1):
-        if n != place:
-            crew_sum[n] -= pair_value(crew_sight, place, crew_sight, n, weights)
+    pair_values(crew_sight, place, crew_sight, first, end + 1, weights, row)
+    for n in range(size):
+        crew_sum[first + n] -= row[n]
     crew[place], crew_sum[place], seat[crew[end]] = crew[end], crew_sum[end], place
     for column in range(5):
-        crew_sight[place, column] = crew_sight[end, column]
+        crew_sight[column, place] = crew_sight[column, end]
     return float(total)
 
 
 @compiled
 def _keep(kept: Array, size: int, a: int, adds: bool) -> int:
     """Keep a change for later, or forget both it and its opposite; new number kept."""
+    if size > LATE:
+        return size
     opposite = 2 * a + int(adds)
     for n in range(size):
         if kept[n] == opposite:
             kept[n] = kept[size - 1]
             return size - 1
-    kept[size] = 2 * a + int(not adds)
+    if size < LATE:
+        kept[size] = 2 * a + int(not adds)
     return size + 1
 
 
@@ -213,27 +293,62 @@ def _kept_sum(kept: Array, k: int, sight: Array, weights: Array) -> float:
 
 @compiled
 def _settle(
+    first: int, last: int, kept: Array, partial: Array, sight: Array, weights: Array, row: Array
+) -> None:
+    """Bring the hits not chosen up to date with the changes kept for later."""
+    for mark in kept:
+        a = mark >> 1
+        own = partial[a]  # knows of it already
+        _count(first, last, sight, a, -1 if mark & 1 else 1, partial, sight, weights, row)
+        partial[a] = own
+
+
+@compiled
+def _renew(
     first: int,
     last: int,
-    kept: Array,
-    taken: Array,
-    owner: Array,
+    crew_sight: Array,
+    size: int,
     partial: Array,
     sight: Array,
     weights: Array,
+    row: Array,
 ) -> None:
-    """Bring the hits not chosen up to date with the changes kept for later."""
-    for k in range(first, last):
-        if not taken[owner[k]]:
-            partial[k] += _kept_sum(kept, k, sight, weights)
+    """Sum up anew what the hits not chosen would bring in pairs with ``size`` of the crew."""
+    partial[first:last] = 0.0
+    for n in range(first, first + size):
+        _count(first, last, crew_sight, n, 1, partial, sight, weights, row)
+
+
+@compiled
+def _count(
+    first: int,
+    last: int,
+    other: Array,
+    a: int,
+    sign: int,
+    partial: Array,
+    sight: Array,
+    weights: Array,
+    row: Array,
+) -> None:
+    """Add the pairs of hit ``a`` of ``other`` with each hit of an element, times the sign."""
+    pair_values(other, a, sight, first, last, weights, row)
+    part = partial[first:last]
+    for k in range(len(part)):
+        part[k] += sign * row[k]
 
 
 @compiled
 def settle(s: State) -> None:
     """Bring every sum up to date, and those of the chosen hits to where the others are."""
+    sums = (s.partial, s.sight, s.weights, s.row)
     for e in range(len(s.late)):
-        first, last, kept = s.starts[e], s.starts[e + 1], s.kept[e, : s.late[e]]
-        _settle(first, last, kept, s.taken, s.owner, s.partial, s.sight, s.weights)
+        first, last = s.starts[e], s.starts[e + 1]
+        if s.late[e] > LATE:
+            _renew(first, last, s.crew_sight, s.hits[e], *sums)
+        else:
+            _settle(first, last, s.kept[e, : s.late[e]], *sums)
         s.late[e] = 0
         for n in range(first, first + s.hits[e]):
             s.partial[s.crew[n]] = s.crew_sum[n]

@@ -101,7 +101,7 @@ def fresh(problem, chosen):
 def test_after_ten_thousand_changes_every_sum_is_that_of_brute_force():
     from solvers.pairs import state_kernels
 
-    problem = random_problem(0, 40, 25, 0.4, prices=np.arange(40) % 3 / 2.0, target=2.0)
+    problem = random_problem(0, 40, 25, 0.4, prices=np.arange(40) % 3 / 2.0, target=2.003)
     state = empty_state(problem)
     for candidate in np.random.default_rng(1).integers(0, 40, 10_000):
         state_kernels.flip(state, candidate)
@@ -116,8 +116,56 @@ def test_after_ten_thousand_changes_every_sum_is_that_of_brute_force():
     np.testing.assert_array_equal(state.gain[free], again.gain[free])
     state_kernels.settle(state)
     state_kernels.settle(again)
-    for name in ("value", "hits", "fine_hits", "taken", "blocked", "totals", "partial"):
+    for name in SUMS:
         np.testing.assert_array_equal(getattr(state, name), getattr(again, name))
+
+
+SUMS = ("value", "hits", "fine_hits", "taken", "blocked", "totals", "partial")
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(deadline=None, max_examples=40)
+def test_a_choice_adopted_is_one_made_step_by_step(seed):
+    from solvers.pairs import state_kernels
+
+    rng = np.random.default_rng(seed)
+    groups = [rng.choice(30, 3, replace=False) for _ in range(4)]
+    problem = random_problem(seed, 30, 20, 0.5, prices=rng.integers(0, 4, 30), conflicts=groups)
+    chosen = np.flatnonzero(rng.random(30) < 0.8)
+    plain, adopted = empty_state(problem), empty_state(problem)
+    for candidate in chosen:
+        fits = plain.totals[1] + problem.prices[candidate] <= 20.0
+        if fits and not plain.blocked[candidate]:
+            state_kernels.flip(plain, candidate)
+    state_kernels.adopt(adopted, chosen, 20.0)
+    for candidate in rng.integers(0, 30, 8):
+        for state in (plain, adopted):
+            state_kernels.flip(state, candidate)
+    np.testing.assert_array_equal(adopted.gain[~plain.taken], plain.gain[~plain.taken])
+    for state in (plain, adopted):
+        state_kernels.settle(state)
+    for name in SUMS:
+        np.testing.assert_array_equal(getattr(adopted, name), getattr(plain, name))
+
+
+@given(st.integers(0, 2**32 - 1), st.booleans())
+@settings(deadline=None, max_examples=40)
+def test_the_least_loss_is_that_of_a_search_through_all(seed, priced):
+    from solvers.pairs import search_kernels, state_kernels
+
+    rng = np.random.default_rng(seed)
+    prices = rng.integers(0, 4, 30) if priced else 1.0
+    problem = random_problem(seed, 30, 20, 0.5, prices=prices)
+    state = fresh(problem, np.flatnonzero(rng.random(30) < 0.7))
+    while state.taken.any():
+        rows = np.flatnonzero(state.taken)
+        losses = [state_kernels.loss_of(state, c) for c in rows]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            worth = np.array([loss for _, loss in losses]) / problem.prices[rows]
+        keys = np.where(problem.prices[rows] > 0.0, worth, np.inf)
+        best = int(np.argmin(keys))
+        assert search_kernels.least_loss(state) == (rows[best], losses[best][0])
+        state_kernels.flip(state, rows[best])
 
 
 @given(st.integers(0, 2**32 - 1))
