@@ -22,7 +22,7 @@ from planner.route.cost import Pace
 from planner.route.order import Route, order_viewpoints
 from planner.route.ways import FreeWays
 from planner.scale import Scale, derive_scale
-from planner.scene.load import load_scene
+from planner.scene.load import load_scene, with_images
 from planner.scene.scene import Scene
 from planner.surface.quality import score_quality
 from planner.surface.reconstruct import reconstruct_surface
@@ -76,7 +76,10 @@ class Prior:
 def study(source: Scene | str | Path, config: Config, clock: Clock) -> Prior:
     """Read the scene, score what is known of it, and find where the drone may be."""
     with clock.stage("scene"):
-        scene = source if isinstance(source, Scene) else load_scene(source, config.scene)
+        if isinstance(source, Scene):
+            scene = with_images(source, config.scene)
+        else:
+            scene = load_scene(source, config.scene)
         size = " x ".join(f"{length:.1f}" for length in scene.box.size)
         clock.tell(f"{len(scene.cloud):,} points, {size} m")
         for note in scene.notes:
@@ -170,6 +173,7 @@ def attempt(
                 seed=config.seed,
                 map=spread,
                 airspace=prior.airspace,
+                images=prior.scene.images,
             )
             clock.tell(f"{len(selection.viewpoints)} viewpoints")
         prior.need(len(selection.viewpoints), "no free position sees any of the surface")
@@ -208,6 +212,7 @@ def attempt(
             prior.camera,
             settings=config.viewpoints,
             **distances,
+            images=prior.scene.images,
         )
     return Attempt(selection, route, flight, chosen)
 

@@ -26,6 +26,7 @@ class SceneSettings(_Settings):
     ``outlier_neighbours`` and ``outlier_sigma``: a point whose mean distance to so many neighbours
     exceeds the mean by that many standard deviations is dropped.
     ``max_points`` bounds the memory: denser clouds are thinned to it first.
+    ``images`` is a file with the poses of the first flight's photos, in the source's coordinates.
     """
 
     up: Literal["auto", "x", "y", "z"] = "auto"
@@ -35,6 +36,7 @@ class SceneSettings(_Settings):
     outlier_sigma: float = Field(default=5.0, gt=0.0)
     normal_neighbours: int = Field(default=16, ge=4, le=200)
     max_points: int = Field(default=4_000_000, ge=1_000)
+    images: str | None = Field(default=None, min_length=1)
 
 
 class CameraSettings(_Settings):
@@ -185,6 +187,9 @@ class ViewpointSettings(_Settings):
     many photos; with ``minutes``, the best share for a flight (all sorties, with their climbs)
     that lasts no longer.
     A photo counts for h up to ``pair_range`` of the distance at which it is worth nothing.
+    With ``connected``, photos are added until the view graph (``link_share``, ``link_least``,
+    ``link_turn_deg``, ``link_scale``) is one component and matches so many photos of the first
+    flight as ``ties`` says, where their poses are known.
     ``effort`` says from how many positions, in how many iterations (unless ``iterations`` does)
     and with how many refinements off the grid.
     """
@@ -204,6 +209,7 @@ class ViewpointSettings(_Settings):
     link_least: int = Field(default=15, ge=1)
     link_turn_deg: float = Field(default=40.0, gt=0.0, le=180.0)
     link_scale: float = Field(default=2.0, ge=1.0)
+    ties: int = Field(default=3, ge=0)
     solver: str = "greedy"
     aims: int = Field(default=4, ge=1, le=62)
     aim_directions: int = Field(default=62, ge=1, le=64)

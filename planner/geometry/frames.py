@@ -21,6 +21,8 @@ class Frame:
         Length of one unit of the source, metres.
     local_from_source
         Rotation that turned the source's axes to z up, shape (3, 3); identity in most files.
+    height_unit_metres
+        Length of one unit of the source's heights, metres, where it is another one.
 
     """
 
@@ -29,6 +31,7 @@ class Frame:
     vertical_datum: str | None = None
     unit_metres: float = 1.0
     local_from_source: Floats | None = None
+    height_unit_metres: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "origin", read_only(self.origin, (3,), name="origin"))

@@ -95,6 +95,7 @@ def summary(plan: "Plan") -> dict[str, Any]:
             "mean_hits": float(selection.hits.mean()),
             "reasons": selection.reason_counts(),
             "solvers": [_solver(result) for result in selection.results],
+            "first_flight": _first_flight(plan),
             "time_limit": None if plan.limit is None else asdict(plan.limit),
         },
         "route": {
@@ -136,6 +137,20 @@ def summary(plan: "Plan") -> dict[str, Any]:
             }
             for finding in plan.findings
         ],
+    }
+
+
+def _first_flight(plan: "Plan") -> dict[str, Any] | None:
+    """How the new photos match those of the first flight, where their poses are known."""
+    images, graph = plan.scene.images, plan.selection.graph
+    if images is None:
+        return None
+    return {
+        "file": images.file,
+        "photos": len(images),
+        "wanted": plan.config.viewpoints.ties,
+        "matched": graph.tied,
+        "matching_viewpoints": len(np.unique(graph.ties[:, 0])),
     }
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from planner.geometry.arrays import Bools, Floats, Ints
 from planner.scene.cloud import Mesh
+from planner.scene.images import Images
 from planner.scene.sampling import triangle_normals
 
 _LIFT = 0.004  # metres off the surface at which a ray back to a camera starts
@@ -130,6 +131,33 @@ def fly_first(
     error = sigma * np.clip(rng.standard_normal(len(sigma)), -MOST_SIGMAS, MOST_SIGMAS)
     xyz = surface[kept] + error[:, None] * ray[kept]
     return FlownCloud(xyz, surface[kept], sigma, triangle[kept], owner[kept], cameras)
+
+
+def flown_images(cameras: Floats, flight: NadirFlight, *, heading: float) -> Images:
+    """Photos of a flight: poses and optics of cameras whose pictures' tops point along the lines.
+
+    Parameters
+    ----------
+    cameras
+        Positions, shape (C, 3), metres.
+    flight
+        Gives the field of view.
+    heading
+        Direction of the flight lines from +x, counter-clockwise, radians.
+
+    """
+    along, across = np.tan(np.radians(flight.half_angles_deg))
+    width = 5472.0
+    height, focal = round(width * along / across), 0.5 * width / across
+    count = len(cameras)
+    yaw = (90.0 - np.degrees(heading) + 180.0) % 360.0 - 180.0
+    return Images(
+        positions=cameras,
+        yaw_deg=np.full(count, yaw),
+        pitch_deg=np.full(count, -90.0),
+        names=tuple(f"first-{number}" for number in range(count)),
+        optics=np.tile([width, height, focal], (count, 1)),
+    )
 
 
 def ray_scene(mesh: Mesh) -> Any:

@@ -1,6 +1,7 @@
 """From a file to a scene: read, place, clean, and find ground and bounding box."""
 
 import hashlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from planner.scene.cleaning import stray_points, thin
 from planner.scene.cloud import Mesh, PointCloud
 from planner.scene.degenerate import check_shape
 from planner.scene.ground import estimate_ground
+from planner.scene.images import load_images
 from planner.scene.normals import estimate_normals, orient_samples
 from planner.scene.openness import finest_cell, sky_grid
 from planner.scene.placing import Placed, place
@@ -35,7 +37,7 @@ def load_scene(path: Path | str, settings: SceneSettings = _DEFAULTS) -> Scene:
     path
         PLY, LAS/LAZ, PCD, XYZ/CSV/TXT, OBJ, STL, OFF, GLB/glTF, CityJSON or CityJSONSeq file.
     settings
-        Up axis, unit, CRS and cleaning.
+        Up axis, unit, CRS, cleaning, and poses of the first flight's photos.
 
     Returns
     -------
@@ -52,9 +54,18 @@ def load_scene(path: Path | str, settings: SceneSettings = _DEFAULTS) -> Scene:
     """
     path = Path(path)
     placed = place(path, read_source(path, limit=settings.max_points), settings)
-    if placed.source.triangles is None:
-        return _cloud_scene(path, placed, settings)
-    return _mesh_scene(path, placed)
+    cloud = placed.source.triangles is None
+    scene = _cloud_scene(path, placed, settings) if cloud else _mesh_scene(path, placed)
+    return with_images(scene, settings)
+
+
+def with_images(scene: Scene, settings: SceneSettings = _DEFAULTS) -> Scene:
+    """The scene with the photos of the first flight that the settings name, if they do."""
+    if settings.images is None:
+        return scene
+    images = load_images(settings.images, frame=scene.frame, box=scene.box)
+    note = f"The poses of {len(images)} photos of the first flight are in {images.file}."
+    return replace(scene, images=images, notes=(*scene.notes, note))
 
 
 def _cloud_scene(path: Path, placed: Placed, settings: SceneSettings) -> Scene:

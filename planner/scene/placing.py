@@ -94,7 +94,7 @@ def place(path: Path, source: Source, settings: SceneSettings) -> Placed:
     origin = _origin(xyz, longest)
     if origin.any():
         xyz = xyz - origin
-    frame = Frame(origin, crs.name, crs.datum, unit, _UP.get(up))
+    frame = Frame(origin, crs.name, crs.datum, unit, _UP.get(up), upward)
     return Placed(replace(source, xyz=xyz, normals=normals), frame, metric, tuple(notes))
 
 

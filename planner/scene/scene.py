@@ -7,6 +7,7 @@ import numpy as np
 from planner.geometry.arrays import Floats, read_only
 from planner.geometry.frames import Frame
 from planner.scene.cloud import Mesh, PointCloud
+from planner.scene.images import Images
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,6 +99,8 @@ class Scene:
     strays
         Points that cleaning dropped, shape (K, 3), metres, local frame, or ``None``: noise as a
         rule, but a wire or a mast's tip may be among them, so that flight should avoid them too.
+    images
+        Photos of the first flight whose poses are known, or ``None``.
 
     """
 
@@ -112,6 +115,7 @@ class Scene:
     sha256: str = ""
     notes: tuple[str, ...] = ()
     strays: Floats | None = None
+    images: Images | None = None
 
     def __post_init__(self) -> None:
         if self.strays is not None:

@@ -11,7 +11,7 @@ from planner.geometry.frames import Frame
 from planner.scene.appearance import paint
 from planner.scene.box import bounding_box
 from planner.scene.cloud import Mesh, PointCloud
-from planner.scene.first_flight import FlownCloud, NadirFlight, fly_first
+from planner.scene.first_flight import FlownCloud, NadirFlight, flown_images, fly_first
 from planner.scene.ground import estimate_ground
 from planner.scene.scene import Ground, Scene
 from planner.scene.town.block import Town, build_town
@@ -51,6 +51,8 @@ class SyntheticBlock:
         Triangle of the mesh that each point of the cloud was measured on, shape (N,).
     turn
         Angle of the streets' first axis from +x, counter-clockwise, radians.
+    flight
+        How the first flight was flown, along that axis.
 
     """
 
@@ -66,6 +68,7 @@ class SyntheticBlock:
     sigma: Floats
     triangles: Ints
     turn: float
+    flight: NadirFlight = _FLIGHT
 
     def __post_init__(self) -> None:
         for name, shape, dtype in (
@@ -181,10 +184,13 @@ def _observe(town: Town, seed: int, spacing: float | None, flight: NadirFlight) 
         sigma=flown.sigma,
         triangles=flown.triangles,
         turn=town.turn,
+        flight=flight,
     )
 
 
-def synthetic_scene(seed: int, *, truth: bool = False, **options: Any) -> Scene:
+def synthetic_scene(
+    seed: int, *, truth: bool = False, images: bool = False, **options: Any
+) -> Scene:
     """Scene of a made-up block, as if the first flight's cloud had been read from a file.
 
     Parameters
@@ -193,6 +199,8 @@ def synthetic_scene(seed: int, *, truth: bool = False, **options: Any) -> Scene:
         Any integer from 0.
     truth
         Whether the scene carries the true mesh, as one read from a city model would.
+    images
+        Whether the poses of the first flight's photos are known.
     **options
         Those of :func:`synthetic_block`.
 
@@ -202,10 +210,10 @@ def synthetic_scene(seed: int, *, truth: bool = False, **options: Any) -> Scene:
         Ground and bounding box as estimated from the cloud; ``sha256`` of mesh and cloud.
 
     """
-    return scene_of(synthetic_block(seed, **options), truth=truth)
+    return scene_of(synthetic_block(seed, **options), truth=truth, images=images)
 
 
-def scene_of(block: SyntheticBlock, *, truth: bool = False) -> Scene:
+def scene_of(block: SyntheticBlock, *, truth: bool = False, images: bool = False) -> Scene:
     """Scene of a block that is there already; see :func:`synthetic_scene`."""
     if len(block.cloud) == 0:
         raise ValueError("a scene needs the first flight's cloud; give a spacing.")
@@ -222,4 +230,5 @@ def scene_of(block: SyntheticBlock, *, truth: bool = False) -> Scene:
         frame=Frame(np.zeros(3)),
         sha256=digest.hexdigest(),
         notes=(f"Made up from a seed; {len(block.cameras)} photos of a simulated first flight.",),
+        images=flown_images(block.cameras, block.flight, heading=block.turn) if images else None,
     )

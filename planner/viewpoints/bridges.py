@@ -5,6 +5,7 @@ import numpy as np
 from planner.geometry.angles import yaw_pitch
 from planner.geometry.arrays import Bools, Floats, Ints
 from planner.surface.samples import SurfaceSamples
+from planner.viewpoints.anchors import Anchors
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.graph import LinkRule, ViewGraph, link
 from planner.viewpoints.rays import RayCaster
@@ -26,6 +27,7 @@ def connect(
     *,
     reference: float,
     links: LinkRule = LinkRule(),  # noqa: B008 - an immutable value
+    anchors: Anchors | None = None,
 ) -> Viewpoints:
     """Add photos until the view graph is one component with three links a photo.
 
@@ -45,6 +47,8 @@ def connect(
         Distance beyond which a photo is worth nothing, metres.
     links
         What two photos must have in common.
+    anchors
+        Photos of the first flight, whose links count too.
 
     Returns
     -------
@@ -53,15 +57,16 @@ def connect(
         positions do not allow more.
 
     """
+    seen_by = samples, caster, camera
     for _ in range(_ROUNDS if len(viewpoints) > 1 else 0):
-        graph = link(viewpoints, samples, caster, camera, reference=reference, links=links)
+        graph = link(viewpoints, *seen_by, reference=reference, links=links, anchors=anchors)
         if graph.firm:
             break
         pool = _pool(viewpoints, graph, positions)
         if not len(pool):
             break
         tried = viewpoints.joined(pool)
-        both = link(tried, samples, caster, camera, reference=reference, links=links)
+        both = link(tried, *seen_by, reference=reference, links=links, anchors=anchors)
         chosen = _helpful(both, graph)
         if not len(chosen):
             break
@@ -125,7 +130,8 @@ def _helpful(both: ViewGraph, graph: ViewGraph) -> Ints:
     linked[both.edges[:, 0], both.edges[:, 1]] = True
     linked |= linked.T
     part = np.concatenate([graph.component, np.full(size - count, -1)])
-    degree = np.concatenate([graph.degree, np.zeros(size - count, dtype=np.int64)])
+    degree = np.bincount(both.ties[:, 0], minlength=size)
+    degree[:count] = graph.degree
     there = np.arange(size) < count
     chosen: list[int] = []
     while True:
@@ -159,7 +165,7 @@ def _add(row: int, linked: Bools, there: Bools, part: Ints, degree: Ints) -> Non
     part[np.isin(part, groups) & there] = groups[0]
     part[row] = groups[0]
     degree[friends] += 1
-    degree[row] = len(friends)
+    degree[row] += len(friends)
     there[row] = True
 
 

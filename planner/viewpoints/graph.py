@@ -1,50 +1,21 @@
 """Which photos can be matched with which: the view graph."""
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from planner.config import ViewpointSettings
-from planner.geometry.arrays import Floats, Ints
+from planner.geometry.arrays import Ints
 from planner.surface.samples import SurfaceSamples
+from planner.viewpoints.anchors import Anchors
 from planner.viewpoints.camera import Camera
+from planner.viewpoints.likeness import Likeness, LinkRule, Shown
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.reconstructability import GRAZING
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.viewpoints import Viewpoints
 from planner.viewpoints.visibility import Coverage, count_views
 
-
-@dataclass(frozen=True, slots=True)
-class LinkRule:
-    """What two photos must have in common to be matched.
-
-    Parameters
-    ----------
-    shared_share
-        Least share of the smaller view's samples that both see. On small plans, half of
-        the smaller view stands in for ``shared_least`` where that is less.
-    shared_least
-        Least number of samples that both see.
-    max_turn_deg
-        Largest angle between the two view directions, degrees.
-    max_scale
-        Largest ratio between the median distances to what each sees.
-
-    """
-
-    shared_share: float = 0.3
-    shared_least: int = 15
-    max_turn_deg: float = 40.0
-    max_scale: float = 2.0
-
-    @classmethod
-    def of(cls, settings: ViewpointSettings) -> "LinkRule":
-        """Rule of the settings."""
-        return cls(
-            settings.link_share, settings.link_least, settings.link_turn_deg, settings.link_scale
-        )
+__all__ = ["LinkRule", "ViewGraph", "link", "view_graph"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,13 +29,21 @@ class ViewGraph:
     component
         Connected component of each viewpoint, shape (V,), 0-based.
     degree
-        Matchable photos of each viewpoint, shape (V,).
+        Matchable photos of each viewpoint, those of the first flight included, shape (V,).
+    ties
+        Pairs of a viewpoint and a photo of the first flight that match, shape (T, 2).
 
     """
 
     edges: Ints
     component: Ints
     degree: Ints
+    ties: Ints = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
+
+    @property
+    def tied(self) -> int:
+        """Number of photos of the first flight that are matched."""
+        return len(np.unique(self.ties[:, 1]))
 
     @property
     def components(self) -> int:
@@ -89,7 +68,8 @@ def link(
     camera: Camera,
     *,
     reference: float,
-    links: LinkRule = LinkRule(),
+    links: LinkRule = LinkRule(),  # noqa: B008 - an immutable value
+    anchors: Anchors | None = None,
 ) -> ViewGraph:
     """View graph by fresh rays: what photos show counts, whether or not it is sharp.
 
@@ -101,18 +81,26 @@ def link(
         Distance beyond which a photo is worth nothing, metres.
     links
         What two photos must have in common.
+    anchors
+        Photos of the first flight to match with.
 
     """
     rule = SightRule(d_min=0.0, d_max=reference, max_incidence=GRAZING)
     seen = count_views(viewpoints, samples, caster, camera, rule)
-    return view_graph(viewpoints, seen, samples, links)
+    graph = view_graph(viewpoints, seen, samples, links)
+    if anchors is None:
+        return graph
+    mine = Shown.of(viewpoints, seen, samples, focal_px=camera.focal_px)
+    ties = np.argwhere(Likeness.between(mine, anchors.shown).matching(links)).astype(np.int64)
+    degree = graph.degree + np.bincount(ties[:, 0], minlength=len(viewpoints))
+    return ViewGraph(graph.edges, graph.component, degree, ties)
 
 
 def view_graph(
     viewpoints: Viewpoints,
     seen: Coverage,
     samples: SurfaceSamples,
-    links: LinkRule = LinkRule(),
+    links: LinkRule = LinkRule(),  # noqa: B008 - an immutable value
 ) -> ViewGraph:
     """Link the photos that feature matching can link.
 
@@ -129,33 +117,11 @@ def view_graph(
         Edges, components and degrees.
 
     """
-    from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
-    count = len(viewpoints)
-    ones = np.ones(len(seen.sample), dtype=np.int64)  # bool @ bool would stay bool
-    matrix = csr_array((ones, seen.sample, seen.indptr), shape=(count, len(samples)))
-    shared = (matrix @ matrix.T).toarray()
-    sizes = np.diff(seen.indptr)
-    smaller = np.minimum(sizes[:, None], sizes[None, :])
-    least = np.maximum(links.shared_share * smaller, np.minimum(links.shared_least, 0.5 * smaller))
-    axes = viewpoints.directions
-    alike = axes @ axes.T >= math.cos(math.radians(links.max_turn_deg))
-    scale = _median_distances(viewpoints, seen, samples)
-    near = np.maximum(scale[:, None], scale[None, :]) <= links.max_scale * np.minimum(
-        scale[:, None], scale[None, :]
-    )
-    linked = np.triu((shared >= least) & (shared > 0) & alike & near, k=1)
+    shown = Shown.of(viewpoints, seen, samples)
+    linked = np.triu(Likeness.between(shown, shown).matching(links), k=1)
     edges = np.argwhere(linked)
     component = connected_components(linked, directed=False)[1]
-    return ViewGraph(edges, component.astype(np.int64), np.bincount(edges.ravel(), minlength=count))
-
-
-def _median_distances(viewpoints: Viewpoints, seen: Coverage, samples: SurfaceSamples) -> Floats:
-    """Median distance from each viewpoint to what it sees, metres; infinite if nothing."""
-    medians = np.full(len(viewpoints), np.inf)
-    for row, position in enumerate(viewpoints.positions):  # few: the photos of a plan
-        rows = seen.sample[seen.indptr[row] : seen.indptr[row + 1]]
-        if len(rows):
-            medians[row] = np.median(np.linalg.norm(samples.xyz[rows] - position, axis=1))
-    return medians
+    degree = np.bincount(edges.ravel(), minlength=len(viewpoints))
+    return ViewGraph(edges, component.astype(np.int64), degree)

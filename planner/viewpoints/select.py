@@ -9,7 +9,9 @@ from planner.airspace.airspace import Airspace
 from planner.config import ViewpointSettings
 from planner.geometry.arrays import Bools, Floats, Ints
 from planner.scene.cloud import Mesh
+from planner.scene.images import Images
 from planner.surface.samples import ScoredSamples
+from planner.viewpoints.anchors import Anchors
 from planner.viewpoints.bridges import connect
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.candidates import Candidates
@@ -25,6 +27,7 @@ from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.selection import PairWish, Selection, Wish, assess, reassess
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.smith import smith_viewpoints
+from planner.viewpoints.ties import Matching, tie
 from solvers import Result, Stop, solve
 from solvers.cover import CoverProblem
 
@@ -47,6 +50,7 @@ def select_viewpoints(
     seed: int = 0,
     map: Callable[..., Any] = map,  # noqa: A002 - it is a map
     airspace: Airspace | None = None,
+    images: Images | None = None,
 ) -> Selection:
     """Choose viewpoints by the preset of the settings.
 
@@ -74,6 +78,8 @@ def select_viewpoints(
         Runs the clusters of preset ``paper``; anything that looks like :func:`map`.
     airspace
         Where flight is safe; tells which samples only zones keep from being seen.
+    images
+        Photos of the first flight, to match with.
 
     Returns
     -------
@@ -126,17 +132,24 @@ def select_viewpoints(
         viewpoints = paper_viewpoints(
             positions, samples, caster, camera, settings=settings, map=map, **lengths
         )
+    links, reference = LinkRule.of(settings), 2.0 * rule.reach
+    anchors = Anchors.of(images, samples, caster, camera, ties=settings.ties)
     if covers and settings.connected:
+        if anchors is not None:
+            matching = Matching(samples, caster, camera, anchors, reference, links)
+            viewpoints = tie(viewpoints, positions, matching, airspace=airspace)
         viewpoints = connect(
             *(viewpoints, positions, samples, caster, camera),
-            reference=2.0 * rule.reach,
-            links=LinkRule.of(settings),
+            reference=reference,
+            links=links,
+            anchors=anchors,
         )
     return assess(
         *(viewpoints, samples, caster, camera, rule),
         wish=wish,
-        links=LinkRule.of(settings),
+        links=links,
         results=results,
+        anchors=anchors,
     )
 
 

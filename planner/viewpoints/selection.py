@@ -9,7 +9,9 @@ from planner.config import ViewpointSettings
 from planner.findings import Finding
 from planner.geometry.arrays import Bools, Bytes, Floats, Ints
 from planner.scene.cloud import Mesh
+from planner.scene.images import Images
 from planner.surface.samples import SurfaceSamples
+from planner.viewpoints.anchors import Anchors
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.demand import Demand
 from planner.viewpoints.graph import LinkRule, ViewGraph, link
@@ -17,6 +19,7 @@ from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.reasons import REASONS, Reason, explain
 from planner.viewpoints.reconstructability import best_weight, reconstructability
 from planner.viewpoints.sight import SightRule
+from planner.viewpoints.ties import Matching, untied
 from planner.viewpoints.viewpoints import Viewpoints
 from planner.viewpoints.visibility import Coverage, count_views
 from solvers import Result
@@ -147,11 +150,13 @@ def assess(
     wish: Wish,
     links: LinkRule = LinkRule(),  # noqa: B008 - an immutable value
     results: tuple[Result[Ints], ...] = (),
+    anchors: Anchors | None = None,
 ) -> Selection:
     """Work out by fresh rays what viewpoints see, and the reason of every sample."""
     seen = count_views(viewpoints, samples, caster, camera, rule)
     reference = 2.0 * rule.reach  # worth nothing at twice the distance that just meets the GSD
-    graph = link(viewpoints, samples, caster, camera, reference=reference, links=links)
+    seen_by = samples, caster, camera
+    graph = link(viewpoints, *seen_by, reference=reference, links=links, anchors=anchors)
     h = reconstructability(viewpoints, samples, caster, camera, reference=reference)
     low, alike = np.zeros((2, len(h)), np.bool_)
     if wish.pairs is not None:
@@ -170,6 +175,8 @@ def assess(
         zoned=wish.zoned,
     )
     findings = (*_unmet(reason, seen, wish), *_unlinked(graph))
+    if anchors is not None:
+        findings += untied(viewpoints, graph, Matching(*seen_by, anchors, reference, links))
     return Selection(viewpoints, seen.hits, seen.sectors, reason, h, wish, graph, results, findings)
 
 
@@ -184,6 +191,7 @@ def reassess(
     d_min: float,
     d_max: float,
     gsd: float,
+    images: Images | None = None,
 ) -> Selection:
     """Selection with other viewpoints, such as those left after some were dropped.
 
@@ -197,6 +205,7 @@ def reassess(
         wish=selection.wish,
         links=LinkRule.of(settings),
         results=selection.results,
+        anchors=Anchors.of(images, samples, caster, camera, ties=settings.ties),
     )
 
 
