@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,8 @@ from planner.route.ways import FreeWays
 from planner.scale import Scale, derive_scale
 from planner.scene.load import load_scene, with_images
 from planner.scene.scene import Scene
+from planner.sorties.parts import Part, parts_left, parts_to_fly
+from planner.sorties.station import Station
 from planner.surface.quality import score_quality
 from planner.surface.reconstruct import reconstruct_surface
 from planner.surface.samples import ScoredSamples, Surface
@@ -121,22 +123,43 @@ def study(source: Scene | str | Path, config: Config, clock: Clock) -> Prior:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attempt:
-    """One choice of photos with the flight through them."""
+    """One choice of photos with the flights through them: one a part of free space."""
 
     selection: Selection
     route: Route
-    flight: Flight
+    flights: tuple[Flight, ...]
+    parts: tuple[Part, ...]
     chosen: Viewpoints
+
+    @property
+    def kept(self) -> Ints:
+        """Rows of the chosen viewpoints that are flown, flight after flight."""
+        return np.concatenate([flight.kept for flight in self.flights])
+
+    @property
+    def viewpoints(self) -> Viewpoints:
+        """All that are flown, flight after flight, where they are flown."""
+        first, *others = (flight.viewpoints for flight in self.flights)
+        for views in others:
+            first = first.joined(views)
+        return first
 
     @property
     def dropped(self) -> int:
         """Number of chosen viewpoints that no safe flight reaches."""
-        return len(self.chosen) - len(self.flight.kept)
+        return len(self.chosen) - len(self.kept)
 
     @property
-    def apart(self) -> tuple[Finding, ...]:
-        """Which parts of space are separate, if that cost viewpoints."""
-        return self.route.findings if self.dropped else ()
+    def findings(self) -> tuple[Finding, ...]:
+        """Which parts of space are not flown, if that cost viewpoints, and what else was lost."""
+        spaces, places = self.route.spaces, self.chosen.positions
+        left = parts_left(spaces, places, self.parts, self.route.findings) if self.dropped else ()
+        return (*left, *(finding for flight in self.flights for finding in flight.findings))
+
+    @property
+    def lost(self) -> Floats:
+        """Places of the chosen viewpoints that are not flown, shape (n, 3), metres."""
+        return np.delete(self.chosen.positions, self.kept, axis=0)
 
     @property
     def matches(self) -> Ints:
@@ -145,7 +168,7 @@ class Attempt:
         if self.dropped:
             return edges  # the flown photos were assessed again, in flying order
         place = np.empty(len(self.chosen), dtype=np.int64)
-        place[self.route.order[self.flight.kept]] = np.arange(len(self.chosen))
+        place[self.route.order[self.kept]] = np.arange(len(self.chosen))
         return np.asarray(place[edges])
 
     @property
@@ -155,7 +178,13 @@ class Attempt:
 
 
 def attempt(
-    prior: Prior, positions: Floats, config: Config, spread: Mapper, clock: Clock
+    prior: Prior,
+    positions: Floats,
+    config: Config,
+    spread: Mapper,
+    clock: Clock,
+    *,
+    stations: tuple[Station, ...] = (),
 ) -> Attempt:
     """Choose photos among these positions, order them, and fly through them."""
     scale, mesh, samples = prior.scale, prior.surface.mesh, prior.samples
@@ -192,21 +221,37 @@ def attempt(
             unit = " s" if config.route.cost == "seconds" else ""
             clock.tell(f"length {route.way_length:.0f} m, switching cost {route.cost:.3f}{unit}")
         with clock.stage("flight"):
-            flight = plan_flight(
-                chosen,
-                prior.airspace,
-                settings=config.flight,
-                closed=config.route.closed,
-                seed=config.seed,
-                ways=ways,
-            )
-            prior.need(len(flight.kept), "no photo can be flown to safely")
-            clock.tell(f"{len(flight.path)} certified pieces, {len(flight.repaired)} legs repaired")
-    stop_if_interrupted((*selection.results, route.result, *flight.results))
-    if len(flight.kept) < len(chosen):
+            parts = parts_to_fly(route.spaces, chosen.positions, stations, ways)
+            flights = [
+                plan_flight(
+                    chosen,
+                    prior.airspace,
+                    settings=config.flight,
+                    closed=config.route.closed,
+                    seed=config.seed,
+                    ways=ways,
+                    only=part.rows,
+                )
+                for part in parts
+            ]
+            flown = [k for k, flight in enumerate(flights) if len(flight.kept)]
+            prior.need(len(flown), "no photo can be flown to safely")
+            pieces = sum(len(flight.path) for flight in flights)
+            repaired = sum(len(flight.repaired) for flight in flights)
+            clock.tell(f"{pieces} certified pieces, {repaired} legs repaired")
+    searches = [result for flight in flights for result in flight.results]
+    stop_if_interrupted((*selection.results, route.result, *searches))
+    tried = Attempt(
+        selection,
+        route,
+        tuple(flights[k] for k in flown),
+        tuple(parts[k] for k in flown),
+        chosen,
+    )
+    if tried.dropped:
         selection = reassess(
             selection,
-            flight.viewpoints,
+            tried.viewpoints,
             mesh,
             samples,
             prior.camera,
@@ -214,13 +259,23 @@ def attempt(
             **distances,
             images=prior.scene.images,
         )
-    return Attempt(selection, route, flight, chosen)
+        tried = replace(tried, selection=selection)
+    return tried
 
 
-def refilled(tried: Attempt, prior: Prior, config: Config, spread: Mapper, clock: Clock) -> Attempt:
+def refilled(
+    tried: Attempt,
+    prior: Prior,
+    config: Config,
+    spread: Mapper,
+    clock: Clock,
+    *,
+    stations: tuple[Station, ...] = (),
+) -> Attempt:
     """Try once more without the places that could not be flown to; keep what covers more."""
     try:
-        again = attempt(prior, _away_from(prior.positions, tried), config, spread, clock)
+        places = _away_from(prior.positions, tried)
+        again = attempt(prior, places, config, spread, clock, stations=stations)
     except PlannerError as error:
         clock.tell(f"no second choice of photos: {error}")
         return tried
@@ -231,8 +286,7 @@ def _away_from(positions: Floats, tried: Attempt) -> Floats:
     """Positions without those that were chosen and could not be flown to."""
     from scipy.spatial import cKDTree
 
-    dropped = np.delete(tried.chosen.positions, tried.flight.kept, axis=0)
-    near = np.asarray(cKDTree(dropped).query(positions)[0])
+    near = np.asarray(cKDTree(tried.lost).query(positions)[0])
     return positions[near > SAME_PLACE]
 
 

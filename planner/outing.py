@@ -8,8 +8,10 @@ from planner.config import Config
 from planner.flight.fly import Flight
 from planner.flight.limits import Limits
 from planner.flight.timing import Timeline, fly_in_time
-from planner.sorties.schedule import Sorties, plan_sorties
+from planner.sorties.parts import plan_parts
+from planner.sorties.sorties import Sorties
 from planner.sorties.station import Station
+from planner.viewpoints.viewpoints import Viewpoints
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,33 +42,38 @@ class Outing:
         return sum(sortie.duration for sortie in self.sorties.flown)
 
     @property
+    def viewpoints(self) -> Viewpoints:
+        """All photos that are taken; those of ``flight`` come first."""
+        return self.flight.viewpoints if self.sorties is None else self.sorties.viewpoints
+
+    @property
     def photos(self) -> int:
-        """Number of photos that are flown to."""
-        return len(self.flight.viewpoints)
+        """Number of photos that are taken."""
+        return len(self.viewpoints)
 
 
 def fly_out(
     prior: Prior, stations: tuple[Station, ...], config: Config, spread: Mapper, clock: Clock
 ) -> Outing:
     """Choose photos, fly through them, and cut the flight into sorties if there are stations."""
-    tried = attempt(prior, prior.positions, config, spread, clock)
+    tried = attempt(prior, prior.positions, config, spread, clock, stations=stations)
     if tried.dropped:
-        tried = refilled(tried, prior, config, spread, clock)
-    flight, sorties = tried.flight, None
+        tried = refilled(tried, prior, config, spread, clock, stations=stations)
+    flight = tried.flights[0]
     limits = Limits.of(config.flight, gsd=prior.scale.gsd)
-    timeline = fly_in_time(flight.path, flight.viewpoints, limits)
-    if stations:
-        with clock.stage("sorties"), solver_words():
-            sorties = plan_sorties(
-                flight,
-                timeline,
-                stations,
-                prior.airspace,
-                tried.matches,
-                settings=config.sorties,
-                flight_settings=config.flight,
-                seed=config.seed,
-            )
-            flight, timeline = sorties.flight, sorties.timeline
-            clock.tell(f"{len(sorties.flown)} sorties, {sorties.seconds[sorties.method]:.0f} s")
-    return Outing(tried, flight, timeline, sorties)
+    if not stations:
+        return Outing(tried, flight, fly_in_time(flight.path, flight.viewpoints, limits), None)
+    with clock.stage("sorties"), solver_words():
+        sorties = plan_parts(
+            tried.flights,
+            tried.parts,
+            stations,
+            prior.airspace,
+            tried.matches,
+            settings=config.sorties,
+            flight_settings=config.flight,
+            limits=limits,
+            seed=config.seed,
+        )
+        clock.tell(f"{len(sorties.flown)} sorties, {sorties.seconds[sorties.method]:.0f} s")
+    return Outing(tried, sorties.flight, sorties.timeline, sorties)

@@ -19,7 +19,7 @@ from planner.missions.written import WrittenPlan, load_plan
 from planner.route.order import Route
 from planner.scale import Scale
 from planner.scene.scene import Scene
-from planner.sorties.schedule import Sorties
+from planner.sorties.sorties import Sorties
 from planner.sorties.station import find_stations
 from planner.surface.samples import ScoredSamples, Surface
 from planner.viewpoints.selection import Selection
@@ -52,7 +52,8 @@ class Plan:
     selection
         Chosen viewpoints with what they cover, before ordering.
     viewpoints
-        Viewpoints that are flown, in visiting order.
+        Viewpoints that are flown, in visiting order; those of other parts of free space, which
+        only sorties reach, come last.
     route
         Costs of the order.
     flight
@@ -61,6 +62,8 @@ class Plan:
         The curve in time.
     rows
         Points of the flight, as ``path.csv`` holds them, shape (n, 7).
+    lost
+        Places of chosen photos that no safe flight reaches, shape (n, 3), metres.
     findings
         What the reader must know.
     timing
@@ -84,6 +87,7 @@ class Plan:
     flight: Flight
     timeline: Timeline
     rows: Floats
+    lost: Floats
     findings: tuple[Finding, ...]
     timing: dict[str, float] = field(default_factory=dict)
     sorties: Sorties | None = None
@@ -169,16 +173,16 @@ def plan(
         samples=prior.samples,
         airspace=prior.airspace,
         selection=tried.selection,
-        viewpoints=flight.viewpoints,
+        viewpoints=outing.viewpoints,
         route=tried.route,
         flight=flight,
         timeline=timeline,
         rows=rows,
+        lost=tried.lost,
         findings=(
             *idle_zones(prior.airspace),
             *tried.selection.findings,
-            *tried.apart,
-            *tried.flight.findings,
+            *tried.findings,
             *(limit.findings if limit is not None else ()),
         ),
         timing=clock.seconds,

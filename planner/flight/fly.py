@@ -1,6 +1,6 @@
 """From viewpoints in order to a certified flight; what cannot be flown safely is left out."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,8 +40,6 @@ class Flight:
         Legs that a motion planner led around something, shape (r,).
     results
         What the motion solver said, one result a search.
-    lost
-        Places of the viewpoints that are not flown through, shape (n, 3), metres.
 
     """
 
@@ -52,10 +50,8 @@ class Flight:
     findings: tuple[Finding, ...]
     repaired: Ints
     results: "tuple[Result[Floats], ...]"
-    lost: Floats = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "lost", read_only(self.lost, (None, 3), name="lost"))
         for name in ("kept", "repaired"):
             rows = read_only(getattr(self, name), (None,), name=name, dtype=np.int64)
             object.__setattr__(self, name, rows)
@@ -69,6 +65,7 @@ def plan_flight(
     closed: bool = False,
     seed: int = 0,
     ways: FreeWays | None = None,
+    only: Ints | None = None,
 ) -> Flight:
     """Fly through the viewpoints in their order, along a curve proven to keep its distance.
 
@@ -93,6 +90,8 @@ def plan_flight(
         Root of the motion solver's chance.
     ways
         Free ways in this airspace with this margin, if some are known already.
+    only
+        Rows to fly through, rising, where that is not all of them.
 
     Returns
     -------
@@ -103,7 +102,8 @@ def plan_flight(
     spots = np.round(viewpoints.positions, JOINT_DECIMALS) + 0.0
     known = FreeWays(airspace, margin=settings.margin) if ways is None else ways
     legs = Legs(spots, airspace, settings, seed, known)
-    rows, findings = _free_rows(spots, airspace, settings.margin)
+    asked = np.arange(len(spots)) if only is None else only
+    rows, findings = _free_rows(spots, asked, airspace, settings.margin)
     while True:  # each round but the last drops a viewpoint or leaves the tour open
         ring = closed and len(rows) > 1
         pairs = _pairs(rows, closed=ring)
@@ -129,33 +129,33 @@ def plan_flight(
         findings=tuple(findings),
         repaired=np.flatnonzero([leg.repaired for leg in flown]),
         results=tuple(legs.results),
-        lost=np.delete(spots, rows, axis=0),
     )
 
 
-def _free_rows(spots: Floats, airspace: Space, margin: float) -> tuple[Ints, list[Finding]]:
-    """Viewpoints that keep their distance where they are, and a finding for each other one."""
-    if not len(spots):
+def _free_rows(
+    spots: Floats, asked: Ints, airspace: Space, margin: float
+) -> tuple[Ints, list[Finding]]:
+    """Those that keep their distance where they are, and a finding for each other one."""
+    if not len(asked):
         return np.zeros(0, dtype=np.int64), []
     required = airspace.d_min + margin
     low, high = airspace.bounds
-    clearance, zones = airspace.clearance(spots), airspace.zone_margin(spots)
-    beyond = np.maximum(low - spots, spots - high).max(axis=1)
+    at = spots[asked]
+    clearance, zones = airspace.clearance(at), airspace.zone_margin(at)
+    beyond = np.maximum(low - at, at - high).max(axis=1)
     findings = []
-    for row in range(len(spots)):
-        if not clearance[row] >= required:
-            reason = f"is {clearance[row]:.4f} m from solids where {required:.4f} m are kept"
-        elif not zones[row] >= margin:
-            reason = (
-                f"is {zones[row]:.4f} m from zones or the ceiling where {margin:.4f} m are kept"
-            )
-        elif not beyond[row] <= 0.0:
-            reason = f"is {beyond[row]:.3f} m beyond the space that is known"
+    for k, row in enumerate(asked.tolist()):
+        if not clearance[k] >= required:
+            reason = f"is {clearance[k]:.4f} m from solids where {required:.4f} m are kept"
+        elif not zones[k] >= margin:
+            reason = f"is {zones[k]:.4f} m from zones or the ceiling where {margin:.4f} m are kept"
+        elif not beyond[k] <= 0.0:
+            reason = f"is {beyond[k]:.3f} m beyond the space that is known"
         else:
             continue
         findings.append(_dropped(row, spots, reason))
     lost = {int(finding.number) for finding in findings}
-    return np.array([row for row in range(len(spots)) if row not in lost], np.int64), findings
+    return np.array([row for row in asked.tolist() if row not in lost], np.int64), findings
 
 
 def _pairs(rows: Ints, *, closed: bool) -> list[Pair]:

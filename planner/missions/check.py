@@ -26,6 +26,9 @@ from planner.missions.sorties import sortie_faults
 from planner.missions.tables import read_path_table, read_viewpoints
 from planner.viewpoints.viewpoints import Viewpoints
 
+ELSEWHERE = "elsewhere"
+"""Key of ``path.json``: photos at the end of ``viewpoints.csv`` that only sorties take."""
+
 MOST_ARRAY_BYTES = 4 * 2**30
 _DAMAGED = (
     zipfile.BadZipFile,
@@ -152,7 +155,9 @@ def check_folder(
     sorties = 0
     problems = [
         *_hash_problems(folder / "scene.json", scene),
-        *_viewpoint_problems(folder / "viewpoints.csv", path, viewpoints, field),
+        *_viewpoint_problems(
+            folder / "viewpoints.csv", path, viewpoints, field, _elsewhere(folder, config)
+        ),
     ]
     if not problems:
         problems += _row_problems(folder, fly_in_time(path, viewpoints, limits), rows, field.d_min)
@@ -285,20 +290,30 @@ def sha256(path: Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
+def _elsewhere(folder: Path, config: Config) -> int:
+    """Photos that only sorties take; that these do is proven with the sorties."""
+    claimed = read_json(folder / "path.json").get(ELSEWHERE, 0)
+    if not isinstance(claimed, int) or claimed < 0 or (claimed and not config.sorties.stations):
+        raise PlannerError(f"{folder / 'path.json'}: {ELSEWHERE} is {claimed!r}; plan again")
+    return claimed
+
+
 def _viewpoint_problems(
-    table: Path, path: FlightPath, viewpoints: Viewpoints, field: DistanceField
+    table: Path, path: FlightPath, viewpoints: Viewpoints, field: DistanceField, elsewhere: int
 ) -> list[str]:
-    """Whether the curve passes through each viewpoint, in order."""
+    """Whether the curve passes through each viewpoint, in order, but for those elsewhere."""
     ends = np.flatnonzero(path.reached >= 0)
     named = np.concatenate([[path.start] if path.start >= 0 else [], path.reached[ends]]).astype(
         int
     )
     visited = len(np.unique(named))
-    if visited != len(viewpoints) or (visited and named.max() >= visited):
-        line = min(len(viewpoints), visited) + 2
+    if visited + elsewhere != len(viewpoints) or (visited and named.max() >= visited):
+        line = min(len(viewpoints), visited + elsewhere) + 2
         return [
             f"{table}: line {line}: has {len(viewpoints)} viewpoints where the path visits "
-            f"{visited}; a line is missing or too many"
+            f"{visited}"
+            + (f" and sorties {elsewhere} more" if elsewhere else "")
+            + "; a line is missing or too many"
         ]
     if not len(path):
         return []

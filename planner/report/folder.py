@@ -11,7 +11,7 @@ from planner.errors import PlannerError
 from planner.flight.path import FlightPath
 from planner.geometry import bezier
 from planner.geometry.arrays import Bools, Floats
-from planner.missions.check import check_folder, sha256
+from planner.missions.check import ELSEWHERE, check_folder, sha256
 from planner.missions.folder import whole_folder
 from planner.missions.records import write_json, write_points
 from planner.missions.sorties import SortieLimits, write_sorties
@@ -102,6 +102,7 @@ def _write_flight(plan: "Plan", draft: Path) -> None:
     """Viewpoints and the curve."""
     path = plan.flight.path
     write_viewpoints(draft / "viewpoints.csv", plan.viewpoints)
+    elsewhere = len(plan.viewpoints) - len(plan.flight.viewpoints)
     write_json(
         draft / "path.json",
         {
@@ -110,6 +111,7 @@ def _write_flight(plan: "Plan", draft: Path) -> None:
             "motion": plan.timeline.limits.to_record(),
             "d_min": plan.scale.d_min,
             "start": path.start,
+            **({ELSEWHERE: elsewhere} if elsewhere else {}),
             "pieces": path.to_records(),
         },
     )
@@ -171,7 +173,7 @@ def _draw(plan: "Plan", draft: Path) -> None:
         radius=samples.radius,
         viewpoints=plan.viewpoints,
         flights=_drawn(plan),
-        hull=hull_drawing(plan.airspace, _paths(plan), plan.flight.lost),
+        hull=hull_drawing(plan.airspace, _paths(plan), plan.lost),
         uncovered={
             name: samples.xyz[codes == code]
             for code, name in enumerate(plan.selection.reasons)

@@ -12,7 +12,7 @@ from planner.flight.energy import climb_energy, energy
 
 if TYPE_CHECKING:
     from planner.planning import Plan
-    from planner.sorties.schedule import Sorties
+    from planner.sorties.sorties import Sorties
     from solvers import Result
 
 PACKAGES: tuple[str, ...] = (
@@ -175,6 +175,7 @@ def _sorties(sorties: "Sorties", endurance: float) -> dict[str, Any]:
     """What each flight from take-off to landing takes, and what else was found."""
     return {
         "count": len(sorties.flown),
+        "parts_of_free_space": 1 + len(sorties.others),
         "method": sorties.method,
         "seconds": dict(sorties.seconds),
         "cuts_flown": sorties.rounds,

@@ -198,6 +198,7 @@ def _apart(viewpoints: Viewpoints, tour: Tour) -> Finding:
     count = len(tour.rows)
     message = (
         f"{count} viewpoint{'s' if count > 1 else ''} around ({x:.1f}, {y:.1f}, {z:.1f}) "
-        "cannot be reached from the others without coming too close to something"
+        "cannot be reached from the others without coming too close to something; take-off points "
+        "on both sides (sorties.stations) fly them as sorties of their own"
     )
     return Finding("route", "separate-space", message, float(count))

@@ -18,6 +18,7 @@ from planner.sorties.problem import ENDS, TIE, SortieProblem, Split
 from planner.sorties.refusals import too_far, too_winding, unreachable
 from planner.sorties.shared import linked
 from planner.sorties.sortie import Sortie, stops_of, timed_sortie
+from planner.sorties.sorties import Sorties
 from planner.sorties.station import Station
 from planner.sorties.thought import straight_legs, straight_seconds, usable_seconds
 from planner.viewpoints.viewpoints import Viewpoints
@@ -29,43 +30,6 @@ MOST_ROUNDS = 100
 """Cuts that are flown at most."""
 
 Key = tuple[int, tuple[int, ...]]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Sorties:
-    """All sorties of a plan.
-
-    Parameters
-    ----------
-    stations
-        Places of take-off and landing.
-    flown
-        The sorties in order; their photos number the viewpoints of ``flight``.
-    flight, timeline
-        All photos in the order of the sorties, as one flight.
-    order
-        Rows of the viewpoints as they were given, in that order, shape (V,).
-    method
-        ``"split"`` if the given order was cut, ``"routing"`` if another order was found.
-    seconds
-        Of all sorties and the ground time between, by method.
-    rounds
-        Cuts that were flown until each sortie's time was its true one.
-    proven
-        Whether no other cut of this order takes less, if each leg takes what it takes in the
-        whole flight, or in a sortie where that was flown.
-
-    """
-
-    stations: tuple[Station, ...]
-    flown: tuple[Sortie, ...]
-    flight: Flight
-    timeline: Timeline
-    order: Ints
-    method: str
-    seconds: dict[str, float]
-    rounds: int
-    proven: bool
 
 
 def plan_sorties(

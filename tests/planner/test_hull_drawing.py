@@ -75,16 +75,3 @@ def test_the_folder_holds_the_hull_on_request_and_the_picture_of_the_sorties(pla
     (tmp_path / "plan" / "hull.stl").write_bytes(b"")
     assert any("hull.stl" in problem for problem in check_folder(tmp_path / "plan").problems)
     planned.save(tmp_path / "plan", overwrite=True)
-
-
-def test_photos_that_are_not_flown_are_told_with_their_places(planned):
-    from planner.flight.fly import plan_flight
-
-    flown = planned.viewpoints
-    inside = planned.scene.cloud.xyz[[0]]
-    places = flown.positions.copy()
-    places[1] = inside
-    moved = type(flown)(places, flown.yaw_deg, flown.pitch_deg, flown.kind, flown.targets)
-    flight = plan_flight(moved, planned.airspace)
-    assert len(flight.kept) == len(flown) - 1
-    np.testing.assert_allclose(flight.lost, inside, atol=1e-4)
