@@ -124,6 +124,8 @@ def untied(viewpoints: Viewpoints, graph: ViewGraph, matching: Matching) -> tupl
         view, image = (int(row) for row in np.unravel_index(np.argmin(cost), cost.shape))
         faults = ", ".join(near.faults(view, image, links))
         message += f"; the next would be {anchors.images.names[image]}: {faults}"
+        if near.ratio[view, image] > links.max_scale:
+            message += " (airspace.beyond makes room for photos in between)"
     else:
         message += "; the others show nothing that new ones show"
     return (Finding("viewpoints", "first-flight-untied", message, float(tied), partial=False),)

@@ -1,5 +1,6 @@
 """Poses of the first flight's photos, from every kind of file, in the scene's local frame."""
 
+import csv
 import json
 
 import numpy as np
@@ -14,7 +15,8 @@ from planner.geometry.frames import Frame
 from planner.scene.images import load_images, place_images
 from planner.scene.readers.poses import Poses, read_poses
 from planner.scene.scene import Box
-from planner.viewpoints.frustum import camera_axes
+from planner.viewpoints.camera import Camera
+from planner.viewpoints.frustum import camera_axes, in_frustum
 
 BOX = Box(np.zeros(3), np.eye(3), np.full(3, 100.0))
 HEAD = "x,y,z,yaw_deg,pitch_deg"
@@ -195,3 +197,35 @@ def test_a_scene_is_read_with_its_photos(tmp_path):
     assert scene.images.file == "poses.csv"
     assert "The poses of 1 photos of the first flight are in poses.csv." in scene.notes
     assert load_scene(tmp_path / "a.xyz").images is None
+
+
+@pytest.mark.slow
+def test_poses_of_a_real_flight_look_at_the_cloud_that_was_made_of_them(shared_data, tmp_path):
+    from pyproj import Transformer
+
+    with (shared_data / "photos/brighton_beach/cameras.csv").open() as file:
+        photos = list(csv.DictReader(file))
+    lon, lat = (np.array([float(photo[key]) for photo in photos]) for key in ("lon", "lat"))
+    x, y = Transformer.from_crs("EPSG:4326", "EPSG:32615", always_xy=True).transform(lon, lat)
+    ground = 158.0  # metres, of the cloud; the photos know their height above it
+    rows = [
+        f"{photo['file']},{east!r},{north!r},{ground + float(photo['rel_alt_m'])},"
+        f"{photo['gimbal_yaw_deg']},{photo['gimbal_pitch_deg']},4000,2250,2340"
+        for photo, east, north in zip(photos, x.tolist(), y.tolist(), strict=True)
+    ]
+    path = table(tmp_path, f"name,{HEAD},width_px,height_px,focal_px\n" + "\n".join(rows))
+    settings = SceneSettings(images=str(path))
+    scene = load_scene(shared_data / "scenes/pointclouds/brighton_beach_odm.laz", settings)
+    images = scene.images
+    assert len(images) == 18
+    cloud = scene.cloud.xyz[::20]
+    camera = Camera(width_px=4000, height_px=2250, focal_px=2340.0)
+    above = 0
+    for row in range(18):  # each sees what is below it, where the cloud goes so far
+        rays = cloud - images.positions[row]
+        seen = in_frustum(rays, images.yaw_deg[row], images.pitch_deg[row], camera)
+        near = np.linalg.norm(rays[:, :2], axis=1) < 8.0
+        above += near.sum() > 20
+        assert seen[near].all()
+        assert seen.any()
+    assert above >= 12

@@ -129,6 +129,7 @@ def test_without_a_free_place_between_the_reason_is_the_scale():
     assert not finding.partial
     ratio = float(finding.message.split("scale ratio ")[1].split(" > 2")[0])
     assert ratio == pytest.approx(60.0 / 12.0, rel=0.1)
+    assert "airspace.beyond" in finding.message
     assert "axes" not in finding.message
 
 
@@ -138,6 +139,7 @@ def test_a_first_flight_that_looks_another_way_is_told_by_its_angle():
     (finding,) = untied(views, case.graph(views), case)
     assert "0 of 3 wanted photos" in finding.message
     assert "axes 45.0 > 40 degrees apart" in finding.message
+    assert "airspace.beyond" not in finding.message
     nowhere = matching(flown([60.0], 12.0, pitch=30.0))
     (finding,) = untied(views, nowhere.graph(views), nowhere)
     assert "show nothing that new ones show" in finding.message
