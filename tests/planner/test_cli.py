@@ -133,6 +133,20 @@ def test_settings_and_places_are_refused_before_any_work(tmp_path, monkeypatch, 
     assert not (tmp_path / "plan").exists()
 
 
+@pytest.mark.parametrize("rows", ["", "x,y,z,yaw_deg,pitch_deg\n1,2,here,0,-90\n", None])
+def test_bad_poses_of_the_first_flight_are_one_line_and_nothing_is_written(
+    rows, tmp_path, monkeypatch, capfd
+):
+    scan = xyz_file(tmp_path / "a.xyz", town(np.random.default_rng(0)))
+    poses = tmp_path / "poses.csv"
+    if rows is not None:
+        poses.write_text(rows)
+    arguments = ("--out", tmp_path / "plan", "--set", f"scene.images={poses}")
+    assert run(monkeypatch, "plan", scan, *arguments) == 2
+    assert f"scanwright: {poses}: " in capfd.readouterr().err
+    assert not (tmp_path / "plan").exists()
+
+
 def test_an_unwritable_place_is_refused(tmp_path, monkeypatch, capfd):
     scan = xyz_file(tmp_path / "a.xyz", town(np.random.default_rng(0), 100))
     assert run(monkeypatch, "plan", scan, "--out", "/proc/plan") == 2  # not even root may

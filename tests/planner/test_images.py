@@ -160,7 +160,15 @@ def test_a_bad_table_is_named_with_its_line(tmp_path, text, complaint):
         ("a.csv", b"\xff\xfe\x00", "no text"),
         ("a.json", b"{", "not valid JSON"),
         ("a.json", b"[" * 100_000, "not valid JSON"),
+        ("a\0.csv", None, "cannot be read"),
         ("a.json", b"[]", "no features"),
+        (
+            "a.json",
+            b'{"features": [{"properties": {"rotation": [0, 0, 0], "translation": [1, 2, 1'
+            + b"0" * 400
+            + b"]}}]}",
+            "shot 0",
+        ),
         ("a.json", b'{"features": 3}', "no features"),
         ("a.json", b'{"features": []}', "no pose"),
         ("a.json", b'{"features": [{"properties": {"rotation": [0, 0, 0]}}]}', "shot 0"),
@@ -197,6 +205,32 @@ def test_a_scene_is_read_with_its_photos(tmp_path):
     assert scene.images.file == "poses.csv"
     assert "The poses of 1 photos of the first flight are in poses.csv." in scene.notes
     assert load_scene(tmp_path / "a.xyz").images is None
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from(["poses.csv", "shots.geojson", "images.txt"]))
+def test_spoilt_bytes_end_in_poses_or_in_one_line(tmp_path_factory, seed, name):
+    folder = tmp_path_factory.mktemp("spoilt")
+    rng = np.random.default_rng(seed)
+    xyz, yaw, pitch = rng.uniform(-50, 50, (3, 3)), np.array([1.0, 90.0, -9.0]), np.full(3, -60.0)
+    rows = [",".join(map(str, row)) for row in np.column_stack([xyz, yaw, pitch]).tolist()]
+    turns = rotations(yaw, pitch)
+    path = {
+        "poses.csv": lambda: table(folder, "\n".join([HEAD, *rows])),
+        "shots.geojson": lambda: shots(folder / name, xyz, turns, width=9, height=8, focal=0.7),
+        "images.txt": lambda: colmap(folder / name, xyz, turns),
+    }[name]()
+    content = bytearray(path.read_bytes())
+    for place in rng.integers(0, len(content), 3):
+        content[place] = rng.choice([content[place] ^ 1, *b'0e,. -\n"{[N'])
+    path.write_bytes(content)
+    try:
+        images = load_images(path, frame=Frame(np.zeros(3)), box=BOX)
+    except PlannerError as error:
+        assert "\n" not in str(error)  # noqa: PT017
+        assert str(error).startswith(f"{path}: ")  # noqa: PT017
+    else:
+        assert np.isfinite(images.positions).all()
+        assert np.isfinite(images.yaw_deg + images.pitch_deg).all()
 
 
 @pytest.mark.slow

@@ -18,7 +18,9 @@ OPTICS = ("width_px", "height_px", "focal_px")
 _NAME = "name"
 _LARGEST = 256_000_000  # bytes of a file
 _MOST = 200_000  # photos
+_HUGE = 1e12  # no coordinate on Earth is so large, in any unit
 _UNIT = 1e-3  # by which a quaternion's length may differ from 1
+_MALFORMED = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 _FORMS = "write a table with the columns x,y,z,yaw_deg,pitch_deg"
 
 
@@ -76,10 +78,10 @@ def read_poses(path: Path) -> Poses:
         if path.stat().st_size > _LARGEST:
             raise refusal(path, f"it is larger than {_LARGEST / 1e6:.0f} MB", "leave photos out")
         text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise refusal(path, f"it cannot be read ({error.strerror})", "check the path") from None
     except UnicodeDecodeError:
         raise refusal(path, "it is no text", _FORMS) from None
+    except (OSError, ValueError) as error:
+        raise refusal(path, f"it cannot be read ({error})", "check the path") from None
     poses = reader(path, text)
     if len(poses.xyz) == 0:
         raise refusal(path, "it holds no pose", "export it again, or leave scene.images out")
@@ -142,7 +144,7 @@ def _number(path: Path, line: int, name: str, word: str) -> float:
         value = float(word)
     except ValueError:
         value = np.nan
-    if not abs(value) < 1e12:
+    if not abs(value) < _HUGE:
         wrong = f"line {line}: {name} is {word[:40]!r}, which is no usable number"
         raise refusal(path, wrong, "mend that line")
     return value
@@ -167,7 +169,7 @@ def _shots(path: Path, text: str) -> Poses:
             xyz.append(_three(shot["translation"]))
             turns.append(_turn(_three(shot["rotation"])))
             optics.append(_lens(shot))
-        except (AttributeError, KeyError, TypeError, ValueError) as error:
+        except _MALFORMED as error:
             wrong = f"shot {row}: it has no translation and rotation of three numbers ({error!r})"
             remedy = "give the odm_report/shots.geojson of a finished ODM project"
             raise refusal(path, wrong, remedy) from None
@@ -177,7 +179,7 @@ def _shots(path: Path, text: str) -> Poses:
 def _three(values: Any) -> Floats:
     """Three finite numbers."""
     three = np.array([float(value) for value in values])
-    if three.shape != (3,) or not (np.abs(three) < 1e12).all():
+    if three.shape != (3,) or not (np.abs(three) < _HUGE).all():
         raise ValueError(f"{values}")
     return three
 
@@ -185,8 +187,8 @@ def _three(values: Any) -> Floats:
 def _lens(shot: dict[str, Any]) -> list[float]:
     """Width, height and focal length in pixels of a shot, where it says all of them."""
     width, height = float(shot.get("width") or 0.0), float(shot.get("height") or 0.0)
-    focal = float(shot.get("focal") or 0.0) * max(width, height)
-    return [width, height, focal] if min(width, height, focal) > 0.0 else [np.nan] * 3
+    lens = width, height, float(shot.get("focal") or 0.0) * max(width, height)
+    return list(lens) if all(0.0 < value < _HUGE for value in lens) else [np.nan] * 3
 
 
 def _turn(angle_axis: Floats) -> Floats:
@@ -215,7 +217,7 @@ def _colmap(path: Path, text: str) -> Poses:
             turn = _quaternion(values[:4])
             xyz.append(_three(-turn.T @ _three(values[4:])))
             names.append(words[9].strip())
-        except (ValueError, IndexError):
+        except _MALFORMED:
             wrong = f"line {number}: it is no image (id, quaternion, translation, camera, name)"
             raise refusal(path, wrong, "export the model as text with COLMAP again") from None
         turns.append(turn)
@@ -228,7 +230,7 @@ def _quaternion(wxyz: Floats) -> Floats:
     """Rotation of a unit quaternion, real part first, shape (3, 3)."""
     from scipy.spatial.transform import Rotation
 
-    if not abs(np.linalg.norm(wxyz) - 1.0) < _UNIT:
+    if not (np.abs(wxyz) < 2.0).all() or abs(np.linalg.norm(wxyz) - 1.0) > _UNIT:
         raise ValueError("no unit quaternion")
     return np.asarray(Rotation.from_quat(np.roll(wxyz, -1)).as_matrix())
 
