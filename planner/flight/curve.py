@@ -176,7 +176,9 @@ class Fitter:
     def _along_limits(self, lines: Floats, spots: Floats, reach: Floats) -> Floats:
         """Turn tangents along what is nearer than curves reach, shape (K,), metres."""
         room = self._room(spots)
-        near = np.flatnonzero(room < reach)
+        near = np.flatnonzero(
+            (room < reach) & (reach > 0.0)
+        )  # nothing bends at a place without sides
         if len(near):
             away = self._uphill(spots[near])
             lines[near] = turned_along(lines[near], away, room[near].clip(0.0) / reach[near])

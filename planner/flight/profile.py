@@ -14,8 +14,8 @@ CREEP = 0.05
 STRAIGHT = 1e-5
 """Pieces that keep so close to their chord, metres, are straight: the rest is rounding."""
 
-PROBES = 5
-"""Places in each interval of a piece at which its curvature is looked at."""
+CUTS = 4
+"""Parts of each interval of a piece whose curvature is bounded one by one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,10 +128,10 @@ def speed_profile(
 
 
 def speed_in_bends(controls: Floats, lateral_acceleration: float) -> Floats:
-    r"""Speed at which each interval of each piece just keeps the lateral acceleration.
+    r"""Speed at which each interval of each piece is proven to keep the lateral acceleration.
 
-    :math:`v^2 \kappa \le a`, with the largest curvature :math:`\kappa = |r' \times r''| / |r'|^3`
-    of :data:`PROBES` places in the interval, but at least :data:`CREEP`.
+    :math:`v^2 \kappa \le a`, with the bound of :func:`curvature_bound`, the larger of
+    :data:`CUTS` parts of the interval, but at least :data:`CREEP`.
 
     Parameters
     ----------
@@ -146,19 +146,57 @@ def speed_in_bends(controls: Floats, lateral_acceleration: float) -> Floats:
         Shape (M, ``bezier.INTERVALS``), metres a second; infinite where straight.
 
     """
-    share = np.linspace(0.0, 1.0, PROBES)
-    at = ((np.arange(bezier.INTERVALS)[:, None] + share) / bezier.INTERVALS)[None]
-    pieces = controls[:, None, None]
-    rate = bezier.derivative(pieces, np.broadcast_to(at, (len(controls), *at.shape[1:])))
-    bend = np.diff(controls, n=2, axis=1)[:, None, None]  # (M, 1, 1, 2, 3)
-    second = 6.0 * ((1.0 - at[..., None]) * bend[..., 0, :] + at[..., None] * bend[..., 1, :])
-    cross = np.linalg.norm(np.cross(rate, second), axis=-1)
-    cube = np.linalg.norm(rate, axis=-1) ** 3
-    square = lateral_acceleration * cube / np.where(cross > 0.0, cross, 1.0)
-    square = np.where(cross > 0.0, square, np.inf).min(axis=-1)
-    straight = bezier.hull_radius(controls) < STRAIGHT
-    square[straight] = np.inf
+    bound = curvature_bound(controls, bezier.INTERVALS * CUTS)
+    most = bound.reshape(len(controls), bezier.INTERVALS, CUTS).max(axis=-1)
+    square = lateral_acceleration / np.where(most > 0.0, most, 1.0)
+    square = np.where(most > 0.0, square, np.inf)
+    square[bezier.hull_radius(controls) < STRAIGHT] = np.inf
     return np.asarray(np.maximum(np.sqrt(square), CREEP))
+
+
+def curvature_bound(controls: Floats, parts: int) -> Floats:
+    r"""Bound the curvature of cubic pieces from above, part by part.
+
+    On a part, :math:`r'` is a quadratic Bezier curve with control vectors :math:`e_0, e_1, e_2`
+    (the blossom of the hodograph), and :math:`r' \times r''` one with :math:`e_0 \times e_1`,
+    :math:`\frac{1}{2} e_0 \times e_2` and :math:`e_1 \times e_2`, times :math:`2 / h` for parts
+    of length :math:`h` in the parameter. Both lie in the convex hulls of their control vectors, so
+    that :math:`|r' \times r''|` is at most the longest of the one, and :math:`|r'|` at least the
+    least component of the other along any direction, here that of :math:`e_1`.
+
+    Parameters
+    ----------
+    controls
+        Shape (M, 4, 3), metres.
+    parts
+        How many equal parts each piece is cut into.
+
+    Returns
+    -------
+    bound
+        At least :math:`\kappa = |r' \times r''| / |r'|^3` all over each part, shape (M, parts), one
+        over metres; infinite where a part may come to rest in a bend, 0 where all of it rests.
+
+    """
+    base = 3.0 * np.diff(controls, axis=1)[:, :, None]  # (M, 3, 1, 3)
+    left, right = np.arange(parts)[:, None] / parts, np.arange(1, parts + 1)[:, None] / parts
+
+    def blossom(one: Floats, other: Floats) -> Floats:
+        return np.asarray(
+            (1.0 - one) * (1.0 - other) * base[:, 0]
+            + (one * (1.0 - other) + other * (1.0 - one)) * base[:, 1]
+            + one * other * base[:, 2]
+        )
+
+    first, middle, last = blossom(left, left), blossom(left, right), blossom(right, right)
+    turning = (np.cross(first, middle), 0.5 * np.cross(first, last), np.cross(middle, last))
+    area = 2.0 * parts * np.max([np.linalg.norm(one, axis=-1) for one in turning], axis=0)
+    size = np.linalg.norm(middle, axis=-1)
+    along = middle / np.where(size > 0.0, size, 1.0)[..., None]
+    swiftness = np.min([(one * along).sum(axis=-1) for one in (first, middle, last)], axis=0)
+    moving = swiftness > 0.0
+    bound = area / np.where(moving, swiftness, 1.0) ** 3
+    return np.where(moving, bound, np.where(area > 0.0, np.inf, 0.0))
 
 
 def rest_to_rest(distance: float, speed: float, acceleration: float) -> float:

@@ -159,6 +159,18 @@ def test_viewpoints_at_one_place_are_all_kept(solids, assert_safe, viewpoints_at
     assert_safe(flight, solids(ground=0.0))
 
 
+def test_viewpoints_at_one_place_just_at_the_margin_are_all_kept(
+    solids, assert_safe, viewpoints_at
+):
+    space = solids(ground=0.0, d_min=2.0)
+    place = [1.0, 1.0, 2.002]
+    assert space.clearance(np.array([place]))[0] - 2.0 - 0.002 < 0.0  # by rounding alone
+    for spots in ([place] * 3, [place, place, [9.0, 1.0, 4.0]]):
+        flight = plan_flight(viewpoints_at(spots), space)
+        assert len(flight.kept) == len(spots)
+        assert np.isfinite(flight.path.controls).all()
+
+
 def test_straight_back_is_flown_too(solids, assert_safe, viewpoints_at):
     flight = plan_flight(viewpoints_at([[0, 0, 10], [10, 0, 10], [0, 0, 10]]), solids(ground=0.0))
     assert_safe(flight, solids(ground=0.0))

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.flight.profile import CREEP, speed_in_bends, speed_profile
+from planner.flight.profile import CREEP, curvature_bound, speed_in_bends, speed_profile
 from planner.geometry import bezier
 
 
@@ -63,6 +63,59 @@ def test_straight_and_resting_pieces_have_no_bend_and_a_hairpin_is_crept_through
     assert np.isinf(speed_in_bends(np.zeros((1, 4, 3)), 2.0)).all()
     hairpin = np.array([[[0, 0, 0], [9, 0.001, 0], [9, 0.001, 0], [0, 0.002, 0]]], dtype=float)
     assert speed_in_bends(hairpin, 2.0).min() == CREEP
+
+
+def curvature(controls, t):
+    """Curvature by the power basis, shape (M, len(t))."""
+    a, b, c, d = controls.transpose(1, 0, 2)[:, :, None]
+    t = t[None, :, None]
+    first = 3 * (b - a) + 6 * t * (c - 2 * b + a) + 3 * t**2 * (d - 3 * c + 3 * b - a)
+    second = 6 * (c - 2 * b + a) + 6 * t * (d - 3 * c + 3 * b - a)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.linalg.norm(np.cross(first, second), axis=2) / np.linalg.norm(first, axis=2) ** 3
+
+
+@given(st.integers(0, 10_000), st.integers(1, 40), st.sampled_from([0.0, 1e-3, 0.3, 3.0]))
+def test_no_point_of_a_piece_bends_more_than_its_bound(seed, parts, spread):
+    rng = np.random.default_rng(seed)
+    controls = rng.normal(0, 5, (20, 2, 3)).repeat(2, axis=1) + rng.normal(0, spread, (20, 4, 3))
+    bound = curvature_bound(controls, parts)
+    t = np.linspace(0, 1, 40 * parts, endpoint=False) + 0.5 / (40 * parts)
+    found = np.nan_to_num(curvature(controls, t), nan=0.0).reshape(20, parts, 40)
+    assert (found.max(axis=2) <= bound * (1 + 1e-6) + 1e-6).all()
+
+
+def test_the_bound_is_hardly_more_than_the_truth_where_pieces_are_cut_finely():
+    rng = np.random.default_rng(1)
+    ends = rng.normal(0, 20, (200, 2, 3))
+    way = rng.normal(0, 1, (200, 2, 3))
+    way /= np.linalg.norm(way, axis=2, keepdims=True)
+    handle = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)[:, None] / 3
+    controls = np.stack(
+        [ends[:, 0], ends[:, 0] + handle * way[:, 0], ends[:, 1] - handle * way[:, 1], ends[:, 1]],
+        axis=1,
+    )
+    most = curvature(controls, np.linspace(0, 1, 4001)).max(axis=1)
+    ratio = curvature_bound(controls, 128).max(axis=1) / most
+    assert (ratio >= 1.0 - 1e-6).all()
+    assert np.percentile(ratio, 90) < 1.1
+
+
+def test_a_bend_between_the_places_that_used_to_be_looked_at_is_seen():
+    # all of the turn happens within a hundredth of the parameter
+    sharp = np.array([[[0, 0, 0], [4, 0, 0], [0.011, 0.0, 0], [4, 0.05, 0]]], dtype=float)
+    t = np.linspace(0, 1, 200_001)
+    speed = speed_in_bends(sharp, 2.0)[0]
+    own = speed[(t * bezier.INTERVALS).astype(int).clip(0, bezier.INTERVALS - 1)]
+    across = own**2 * curvature(sharp, t)[0]
+    assert across[own > CREEP].max() <= 2.0 * (1 + 1e-9)
+    assert across[own > CREEP].max() > 1.0
+
+
+def test_a_part_that_rests_in_a_bend_has_no_bound_and_one_that_only_rests_needs_none():
+    assert (curvature_bound(np.ones((1, 4, 3)), 4) == 0.0).all()
+    cusp = np.array([[[0, 0, 0], [3, 3, 0], [0, 3, 0], [3, 0, 0]]], dtype=float)
+    assert np.isinf(curvature_bound(cusp, 1)).all()
 
 
 @given(st.integers(0, 10_000), st.integers(1, 30), st.floats(0.1, 10.0))
