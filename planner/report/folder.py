@@ -179,9 +179,17 @@ def _draw(plan: "Plan", draft: Path) -> None:
             for code, name in enumerate(plan.selection.reasons)
             if code and (codes == code).any()
         },
+        matched=_matched(plan),
         caption=f"proven to stay {flown['certified_clearance']:.2f} m from everything solid "
         f"(asked: {plan.scale.d_min:.2f} m); samples: {reasons}",
     )
+
+
+def _matched(plan: "Plan") -> Floats:
+    """Positions of the photos of the first flight that match with new ones, shape (m, 3)."""
+    if plan.scene.images is None:
+        return np.zeros((0, 3))
+    return plan.scene.images.positions[np.unique(plan.selection.graph.ties[:, 1])]
 
 
 def _paths(plan: "Plan") -> list[FlightPath]:

@@ -22,6 +22,7 @@ REPAIRED_COLOUR, VIEW_COLOUR = "#d1007a", "#1b2733"
 START_COLOUR = "#f0a202"
 HULL_COLOUR, ZONE_COLOURS = "#8c4a1f", ("#c00018", "#2c7a3f")
 SORTIE_COLOURS = ("#14558f", "#e07b00", "#0b8a6f", "#8f3fa8", "#a03020", "#5b6f00")
+MATCHED_STYLE: dict[str, Any] = {"facecolors": "none", "edgecolors": "#5a3fc0", "linewidths": 1.2}
 QUALITY_MAP = "RdYlGn"
 PALE = 0.35  # share of white in the points, so that the path stands out
 REASON_MARKS = {
@@ -84,6 +85,7 @@ def draw_overview(
     flights: Sequence[DrawnFlight],
     hull: HullDrawing,
     uncovered: Mapping[str, Floats],
+    matched: Floats,
     caption: str,
 ) -> None:
     """Draw the scene by quality, what is not covered and why, the hull, viewpoints and flights.
@@ -106,6 +108,8 @@ def draw_overview(
         No-fly hull, zones, the place of the smallest clearance and photos that were lost.
     uncovered
         Samples that are not covered by the reason, each of shape (n, 3).
+    matched
+        Photos of the first flight that match with new ones, shape (m, 3).
     caption
         Line below the picture.
 
@@ -126,6 +130,8 @@ def draw_overview(
         _hull(axes, view, hull)
         _flights(axes, view, viewpoints, flights)
         _close_places(axes, view, hull)
+        flat = matched @ view.T
+        axes.scatter(flat[:, 0], flat[:, 1], s=42.0, marker="s", zorder=5.5, **MATCHED_STYLE)
         shown = [cloud.xyz, viewpoints.positions, *(flight.curve for flight in flights)]
         _frame(axes, np.vstack(shown) @ view.T)
         axes.set_title(f"{name} view", fontsize=11, color=INK)
@@ -133,7 +139,7 @@ def draw_overview(
     panels[0].set_ylabel("local y, metres")
     panels[1].set_xticks([])
     panels[1].set_yticks([])
-    _legend(figure, flights, hull)
+    _legend(figure, flights, hull, len(matched))
     if uncovered:
         panels[0].legend(loc="upper right", fontsize=9, framealpha=0.9, title="not covered")
     figure.subplots_adjust(left=0.05, right=0.93, top=0.88, bottom=0.15, wspace=0.05)
@@ -262,7 +268,9 @@ def _colours(flights: Sequence[DrawnFlight]) -> list[str]:
     return [SORTIE_COLOURS[number % len(SORTIE_COLOURS)] for number in range(len(flights))]
 
 
-def _legend(figure: "Figure", flights: Sequence[DrawnFlight], hull: HullDrawing) -> None:
+def _legend(
+    figure: "Figure", flights: Sequence[DrawnFlight], hull: HullDrawing, matched: int
+) -> None:
     """Name the marks."""
     from matplotlib.lines import Line2D
 
@@ -280,6 +288,12 @@ def _legend(figure: "Figure", flights: Sequence[DrawnFlight], hull: HullDrawing)
     marks.append(mark("viewpoint and direction", color=VIEW_COLOUR, marker="o", markersize=3))
     start: dict[str, Any] = {"marker": "^", "markerfacecolor": START_COLOUR, "markeredgecolor": INK}
     marks.append(mark("start", color="none", markersize=8, **start))
+    if matched:
+        name = f"photo of the first flight that matches ({matched})"
+        square: dict[str, Any] = {"marker": "s", "markerfacecolor": "none", "markersize": 6}
+        marks.append(
+            mark(name, color="none", markeredgecolor=MATCHED_STYLE["edgecolors"], **square)
+        )
     if any(hull.lines):
         low, high = hull.levels[0], hull.levels[-1]
         label = f"no-fly hull at z = {low:.0f} to {high:.0f} m"

@@ -104,7 +104,7 @@ def tie(
         pool = _pool(viewpoints, positions, matching, airspace)
         if not len(pool):
             break
-        chosen = _helpful(matching.graph(viewpoints.joined(pool)), graph, anchors)
+        chosen = _helpful(matching.graph(viewpoints.joined(pool)), viewpoints, pool, anchors)
         if not len(chosen):
             break
         viewpoints = viewpoints.joined(pool.take(chosen))
@@ -182,9 +182,13 @@ def _free(
     return np.concatenate([none, *places]), np.concatenate([none, *looks])
 
 
-def _helpful(both: ViewGraph, graph: ViewGraph, anchors: Anchors) -> Ints:
+def _helpful(both: ViewGraph, viewpoints: Viewpoints, pool: Viewpoints, anchors: Anchors) -> Ints:
     """Rows of the pool to add: those that match most further images, else the shortest chain."""
-    count, size = len(graph.component), len(both.component)
+    from scipy.spatial import cKDTree
+
+    count, size = len(viewpoints), len(both.component)
+    away = np.zeros(size)  # from the nearest photo there: of equals, the least flight
+    away[count:] = cKDTree(viewpoints.positions).query(pool.positions)[0]
     linked = np.zeros((size, size), dtype=np.bool_)
     linked[both.edges[:, 0], both.edges[:, 1]] = True
     linked |= linked.T
@@ -196,19 +200,18 @@ def _helpful(both: ViewGraph, graph: ViewGraph, anchors: Anchors) -> Ints:
         done = ties[there].any(axis=0)
         missing = anchors.wanted - int(done.sum())
         gain = np.minimum((ties & ~done).sum(axis=1), missing)
-        friends = (linked & there).sum(axis=1)
-        gain[there | (friends == 0)] = 0
+        gain[there | ~(linked & there).any(axis=1)] = 0
         if missing <= 0 or not gain.max():
             break
-        best = int(np.lexsort((-friends, -gain))[0])
+        best = int(np.lexsort((away, -gain))[0])
         there[best] = True
         chosen.append(best)
     if not chosen:
-        chosen = _chain(linked, ties, there)
+        chosen = _chain(linked, ties, there, away)
     return np.array(chosen, dtype=np.int64) - count
 
 
-def _chain(linked: Bools, ties: Bools, there: Bools) -> list[int]:
+def _chain(linked: Bools, ties: Bools, there: Bools, away: Floats) -> list[int]:
     """Rows of the pool on the shortest way from the new photos to an image without a match."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
@@ -224,7 +227,7 @@ def _chain(linked: Bools, ties: Bools, there: Bools) -> list[int]:
     ends = np.flatnonzero((further > 0) & ~there & np.isfinite(far))
     if not len(ends):
         return []
-    at = int(ends[np.lexsort((-further[ends], far[ends]))[0]])
+    at = int(ends[np.lexsort((away[ends], -further[ends], far[ends]))[0]])
     way: list[int] = []
     while not there[at]:
         way.append(at)
