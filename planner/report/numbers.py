@@ -147,6 +147,7 @@ def _first_flight(plan: "Plan") -> dict[str, Any] | None:
         return None
     return {
         "file": images.file,
+        "sha256": images.sha256,
         "photos": len(images),
         "wanted": plan.config.viewpoints.ties,
         "matched": graph.tied,

@@ -1,6 +1,7 @@
 """Photos of the first flight whose poses are known."""
 
-from dataclasses import dataclass
+import hashlib
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,6 +35,8 @@ class Images:
         Width, height and focal length in pixels, shape (M, 3); not a number where unknown.
     file
         Name of the file that they were read from, without its folder.
+    sha256
+        Hash of that file.
 
     """
 
@@ -43,6 +46,7 @@ class Images:
     names: tuple[str, ...]
     optics: Floats
     file: str = ""
+    sha256: str = ""
 
     def __post_init__(self) -> None:
         count = len(self.names)
@@ -78,7 +82,9 @@ def load_images(path: Path | str, *, frame: Frame, box: "Box") -> Images:
 
     """
     path = Path(path)
-    images = place_images(read_poses(path), frame, file=path.name)
+    images = place_images(read_poses(path), frame)
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    images = replace(images, file=path.name, sha256=digest)
     longest = float(box.size.max())
     away = float(np.linalg.norm(images.positions - box.centre, axis=1).min())
     if away > _AWAY * longest:
@@ -88,7 +94,7 @@ def load_images(path: Path | str, *, frame: Frame, box: "Box") -> Images:
     return images
 
 
-def place_images(poses: Poses, frame: Frame, *, file: str = "") -> Images:
+def place_images(poses: Poses, frame: Frame) -> Images:
     """Bring poses from the coordinates of the scene's file into its local frame.
 
     A camera on a gimbal has no roll. So yaw is that of the picture's top and of the view together,
@@ -107,4 +113,4 @@ def place_images(poses: Poses, frame: Frame, *, file: str = "") -> Images:
     yaw = yaw_pitch(heading)[0]
     ahead = (direction(yaw, np.zeros(len(yaw))) * forward).sum(axis=1).clip(0.0)
     pitch = np.degrees(np.arctan2(forward[:, 2], ahead))
-    return Images(xyz, yaw, pitch, poses.names, poses.optics, file)
+    return Images(xyz, yaw, pitch, poses.names, poses.optics)

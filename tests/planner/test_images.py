@@ -1,6 +1,7 @@
 """Poses of the first flight's photos, from every kind of file, in the scene's local frame."""
 
 import csv
+import hashlib
 import json
 
 import numpy as np
@@ -203,6 +204,7 @@ def test_a_scene_is_read_with_its_photos(tmp_path):
         scene.images.positions + scene.frame.origin, [[5.0002e5, 5.00001e6, 250.0]]
     )
     assert scene.images.file == "poses.csv"
+    assert scene.images.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
     assert "The poses of 1 photos of the first flight are in poses.csv." in scene.notes
     assert load_scene(tmp_path / "a.xyz").images is None
 

@@ -235,9 +235,3 @@ def test_poses_in_a_file_give_the_plan_of_poses_in_memory(tmp_path):
     )
     assert read.viewpoints.positions.tolist() == kept.viewpoints.positions.tolist()
     assert read.selection.graph.ties.tolist() == kept.selection.graph.ties.tolist()
-    free = plan(known, load_config(None, [*SETTINGS, "viewpoints.ties=0"]))
-    assert free.selection.graph.tied == 0
-    assert (
-        free.viewpoints.positions.tolist()
-        == plan(bare, load_config(None, SETTINGS)).viewpoints.positions.tolist()
-    )
