@@ -149,9 +149,11 @@ def test_a_row_moved_so_that_a_straight_line_cuts_a_corner_is_found(folder, plan
     clearance = planned.airspace.clearance(rows[:, 1:4])
     row = 50 + int(clearance[50:-50].argmin())  # nearest to something solid
     towards = planned.scene.cloud.xyz - rows[row, 1:4]
-    towards = towards[np.linalg.norm(towards, axis=1).argmin()]
+    away = np.linalg.norm(towards, axis=1)
+    share = (clearance[row] - planned.scale.d_min + 0.1) / away.min()
     fields = lines[row + 1].split(",")
-    fields[1:4] = [f"{value:.4f}" for value in rows[row, 1:4] + 0.05 * towards]
+    moved = rows[row, 1:4] + share * towards[away.argmin()]
+    fields[1:4] = [f"{value:.4f}" for value in moved]
     table.write_text("\n".join([*lines[: row + 1], ",".join(fields), *lines[row + 2 :]]) + "\n")
     problems = check_folder(folder).problems
     assert any("is not what path.json gives" in problem for problem in problems)
