@@ -159,6 +159,9 @@ def plan(
         prior.airspace,
         prior.airspace.terrain.height,
         margin=config.flight.margin,
+        remedy="move it"
+        if config.airspace.unknown == "open"
+        else 'move it to where the scan has points, or set airspace.unknown = "open"',
     )
     outing, limit = best_outing(prior, stations, config, map, clock)
     tried, flight, timeline = outing.tried, outing.flight, outing.timeline

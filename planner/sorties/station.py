@@ -123,6 +123,7 @@ def find_stations(
     height: Callable[[Floats], Floats],
     *,
     margin: float,
+    remedy: str = "move it",
 ) -> tuple[Station, ...]:
     """Stations at these points, each with the lowest height above it that flight can begin at.
 
@@ -136,6 +137,8 @@ def find_stations(
         Height of the ground at points (m, 2), metres.
     margin
         What is kept beyond ``d_min``, metres.
+    remedy
+        What to do about a point that is too close to something.
 
     Raises
     ------
@@ -145,17 +148,18 @@ def find_stations(
 
     """
     return tuple(
-        _station(number, np.asarray(point, dtype=np.float64), airspace, height, margin)
+        _station(number, np.asarray(point, dtype=np.float64), airspace, height, margin, remedy)
         for number, point in enumerate(points)
     )
 
 
-def _station(
+def _station(  # noqa: PLR0917 - one call
     number: int,
     point: Floats,
     airspace: Place,
     height: Callable[[Floats], Floats],
     margin: float,
+    remedy: str,
 ) -> Station:
     x, y = point[:2]
     name = f"sorties.stations[{number}] = ({x:g}, {y:g})"
@@ -185,13 +189,13 @@ def _station(
             if best < kept
             else f"zones or the ceiling leave {widest:.2f} m where {SPARE * margin:.3f} m are kept"
         )
-        raise PlannerError(f"{name}: flight can begin nowhere above it ({what}); move it")
+        raise PlannerError(f"{name}: flight can begin nowhere above it ({what}); {remedy}")
     station = Station(pad, above[int(np.argmax(free))])
     short = shortfall(station, airspace.clearance, d_min)
     if short is not None:
         raise PlannerError(
             f"{name}: is inside of or beside something solid: {short.height:.2f} m above it the "
-            f"clearance is {short.found:.2f} m where {short.needed:.2f} m are kept; move it"
+            f"clearance is {short.found:.2f} m where {short.needed:.2f} m are kept; {remedy}"
         )
     inside = shortfall_of_zones(station, airspace.zone_margin)
     if inside is not None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planner import check_folder, load_config, plan, synthetic_scene
+from planner import PlannerError, check_folder, load_config, plan, synthetic_scene
 from planner.airspace.airspace import Airspace
 
 SETTINGS = ["scale.radius_share=0.05", "seed=4"]
@@ -25,3 +25,11 @@ def test_nothing_is_flown_where_the_first_flight_did_not_look(tmp_path):
     with np.load(tmp_path / "plan" / "airspace.npz", allow_pickle=False) as arrays:
         again = Airspace.from_arrays(dict(arrays))
     assert (again.clearance(opened.rows[outside, 1:4]) < d_min).all()
+
+
+def test_a_take_off_point_in_the_unknown_is_refused_with_what_to_do():
+    scene = synthetic_scene(3, size=(45.0, 40.0), buildings=3, spacing=0.8)
+    given = [*SETTINGS, "airspace.unknown=closed", "sorties.stations=[[-30.0,-25.0]]"]
+    with pytest.raises(PlannerError, match="where the scan has points, or set") as caught:
+        plan(scene, load_config(None, given))
+    assert "\n" not in str(caught.value)
