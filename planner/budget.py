@@ -124,9 +124,12 @@ def best_outing(
     )
     best = _best(tried, budget)
     if best is None:
+        plans = [trial.answer for trial in tried if trial.answer is not None]
+        fewest = min(plan.photos for plan in [*plans, whole])
+        ties = "" if prior.scene.images is None else "viewpoints.ties = 0 or "
         raise PlannerError(
-            f"viewpoints.budget = {budget}: photos that match with each other need more than that; "
-            "raise it, or set viewpoints.connected = false"
+            f"viewpoints.budget = {budget}: the smallest plan found whose photos all match has "
+            f"{fewest}; raise it to that, or set {ties}viewpoints.connected = false"
         )
     return best, None
 

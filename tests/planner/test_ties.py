@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from planner import load_config, plan, synthetic_scene
+from planner import PlannerError, load_config, plan, synthetic_scene
 from planner.report.numbers import summary
 from planner.scene.cloud import Mesh
 from planner.scene.first_flight import NadirFlight
@@ -216,6 +216,8 @@ def test_a_plan_is_tied_through_the_air_above_it_and_says_so(tmp_path):
     numbers = json.loads(json.dumps(summary(high)))["viewpoints"]
     assert numbers["first_flight"]["matched"] == graph.tied
     assert numbers["kinds"]["tie"] == high.viewpoints.kind.count("tie")
+    with pytest.raises(PlannerError, match=r"budget = 1: .* has \d; .* viewpoints\.ties = 0"):
+        plan(scene, load_config(None, [*SETTINGS, "airspace.beyond=110.0", "viewpoints.budget=1"]))
     high.save(tmp_path / "plan")  # proven safe, beyond where photos are taken from
 
 
