@@ -1,4 +1,4 @@
-"""Compiled loop over position-sample pairs; import only where pairs are made."""
+"""Compiled loops over position-sample pairs; import only where pairs are made."""
 
 import math
 from typing import Any
@@ -75,3 +75,47 @@ def facing_pairs(  # noqa: PLR0917 - compiled
             count += 1
     starts[len(positions)] = count
     return count
+
+
+@compiled
+def in_pictures(  # noqa: PLR0917 - compiled
+    positions: Array,
+    samples: Array,
+    starts: Array,
+    sample: Array,
+    axes: Array,
+    bounds: Array,
+    inside: Array,
+) -> None:
+    """Tell which pairs lie in the one picture taken at each position, rim included.
+
+    ``axes`` (V, 3, 3) are those of the cameras, ``bounds`` the rim at depth 1; ``inside`` (n,)
+    gets the answer for the pairs ``starts[v]`` to ``starts[v + 1]`` of each position.
+    """
+    west, east, south, north = bounds[0], bounds[1], bounds[2], bounds[3]
+    for v in range(len(positions)):
+        a = axes[v]
+        for at in range(starts[v], starts[v + 1]):
+            s = sample[at]
+            x = samples[s, 0] - positions[v, 0]
+            y = samples[s, 1] - positions[v, 1]
+            z = samples[s, 2] - positions[v, 2]
+            right = a[0, 0] * x + a[0, 1] * y + a[0, 2] * z
+            up = a[1, 0] * x + a[1, 1] * y + a[1, 2] * z
+            depth = a[2, 0] * x + a[2, 1] * y + a[2, 2] * z
+            across = west * depth <= right <= east * depth
+            along = south * depth <= up <= north * depth
+            inside[at] = depth > 0.0 and across and along
+
+
+@compiled
+def unit_rays(positions: Array, samples: Array, starts: Array, sample: Array, rays: Array) -> None:
+    """Fill ``rays`` (n, 3) with the unit vectors from sample to position of each pair."""
+    for v in range(len(positions)):
+        for at in range(starts[v], starts[v + 1]):
+            s = sample[at]
+            x = positions[v, 0] - samples[s, 0]
+            y = positions[v, 1] - samples[s, 1]
+            z = positions[v, 2] - samples[s, 2]
+            length = math.sqrt(x * x + y * y + z * z)
+            rays[at, 0], rays[at, 1], rays[at, 2] = x / length, y / length, z / length

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.geometry.arrays import Floats, Ints
+from planner.geometry.arrays import Bools, Floats, Ints
 from planner.surface.samples import SurfaceSamples
+from planner.viewpoints.camera import Camera
+from planner.viewpoints.frustum import camera_axes, picture_bounds
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.sight import SightRule
 
@@ -31,7 +33,7 @@ class VisiblePairs:
         Direction sector that the sample is seen from, shape (n,); see :func:`visible_pairs`.
     stages
         From how many positions each sample is within range and incidence; within the
-        gimbal's range as well; within the GSD as well; and unoccluded, shape (4, S).
+        gimbal's range as well; within the GSD as well; and seen, shape (4, S).
 
     """
 
@@ -62,10 +64,48 @@ class VisiblePairs:
         return count_sectors(self.sample, self.sector, self.stages.shape[1])
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Aims:
+    """The one picture that is taken at each position.
+
+    Parameters
+    ----------
+    yaw_deg, pitch_deg
+        Degrees, shape (V,).
+    camera
+        Size of the pictures.
+
+    """
+
+    yaw_deg: Floats
+    pitch_deg: Floats
+    camera: Camera
+
+    def part(self, rows: slice) -> "Aims":
+        """Pictures of some positions."""
+        return Aims(self.yaw_deg[rows], self.pitch_deg[rows], self.camera)
+
+    def inside(
+        self, positions: Floats, samples: Floats, indptr: Ints, sample: NDArray[np.int32]
+    ) -> Bools:
+        """Tell which pairs, CSR over the positions, are in the picture."""
+        from planner.viewpoints.pair_kernels import in_pictures
+
+        axes = np.ascontiguousarray(camera_axes(self.yaw_deg, self.pitch_deg))
+        found = np.empty(len(sample), dtype=np.bool_)
+        bounds = np.array(picture_bounds(self.camera))
+        in_pictures(positions, samples, indptr, sample, axes, bounds, found)
+        return found
+
+
 def visible_pairs(
-    positions: Floats, samples: SurfaceSamples, caster: RayCaster, rule: SightRule
+    positions: Floats,
+    samples: SurfaceSamples,
+    caster: RayCaster,
+    rule: SightRule,
+    aims: Aims | None = None,
 ) -> VisiblePairs:
-    """Find every sample that each position sees, whatever the aim.
+    """Find every sample that each position sees, whatever the aim or in one picture.
 
     The direction sector of a pair tells from which side the sample is seen, so that hits in
     two sectors can triangulate. The sectors cut the cone of allowed incidence into equal solid
@@ -83,6 +123,8 @@ def visible_pairs(
         Surface that may be in the way.
     rule
         Limits on range, incidence, elevation and GSD.
+    aims
+        Pictures outside of which nothing is seen; no rays are cast there.
 
     """
     stages = np.zeros((4, len(samples)), dtype=np.int32)
@@ -95,6 +137,7 @@ def visible_pairs(
             starts=starts,
             caster=caster,
             rule=rule,
+            aims=None if aims is None else aims.part(slice(first, first + block)),
             stages=stages,
         )
         for first in range(0, len(positions), block)
@@ -116,6 +159,7 @@ def _block(
     starts: NDArray[np.float32],
     caster: RayCaster,
     rule: SightRule,
+    aims: Aims | None,
     stages: NDArray[np.int32],
 ) -> tuple[Ints, NDArray[np.int32], NDArray[np.float32], NDArray[np.float32], NDArray[np.uint8]]:
     """Pairs a position, sample, distance, cosine and sector of the visible pairs of a block."""
@@ -138,8 +182,9 @@ def _block(
             rule.cap,
         ]
     )
+    positions = np.array(positions)  # one type: one compilation
     count = facing_pairs(
-        np.array(positions),  # one type: one compilation
+        positions,
         samples.xyz,
         samples.normals,
         _level_tangents(samples.normals),
@@ -153,17 +198,13 @@ def _block(
         sector,
         stages,
     )
-    owner = np.repeat(np.arange(len(positions)), np.diff(indptr))
-    ends = positions.astype(np.float32)[owner]
-    clear = ~caster.blocked(starts[sample[:count]], ends)
-    counts = np.bincount(owner[clear], minlength=len(positions))
-    return (
-        counts,
-        sample[:count][clear],
-        distance[:count][clear],
-        cosine[:count][clear],
-        sector[:count][clear],
-    )
+    owner, keep = np.repeat(np.arange(len(positions)), np.diff(indptr)), np.arange(count)
+    if aims is not None:
+        keep = np.flatnonzero(aims.inside(positions, samples.xyz, indptr, sample[:count]))
+    ends = positions.astype(np.float32)[owner[keep]]
+    keep = keep[~caster.blocked(starts[sample[keep]], ends)]
+    counts = np.bincount(owner[keep], minlength=len(positions))
+    return counts, sample[keep], distance[keep], cosine[keep], sector[keep]
 
 
 def _level_tangents(normals: Floats) -> Floats:

@@ -9,8 +9,8 @@ from planner.geometry.arrays import Floats, Ints
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.candidates import Candidates
-from planner.viewpoints.frustum import camera_axes, in_frustum
-from planner.viewpoints.pairs import visible_pairs
+from planner.viewpoints.frustum import camera_axes
+from planner.viewpoints.pairs import Aims, visible_pairs
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.viewpoints import Viewpoints
@@ -80,18 +80,10 @@ class Pool:
             What may be seen, what may be in the way, the field of view, and what counts.
 
         """
-        pairs = visible_pairs(positions, samples, caster, rule)
-        owner = pairs.position
-        inside = np.empty(len(pairs), dtype=np.bool_)
-        for row, (yaw, pitch) in enumerate(zip(yaw_deg, pitch_deg, strict=True)):
-            part = slice(pairs.indptr[row], pairs.indptr[row + 1])  # axes once a pose
-            rays = samples.xyz[pairs.sample[part]] - positions[row]
-            inside[part] = in_frustum(rays, yaw, pitch, camera)
-        counts = np.bincount(owner[inside], minlength=len(positions))
-        return cls(
-            *(positions, yaw_deg, pitch_deg, np.concatenate([[0], np.cumsum(counts)])),
-            *(pairs.sample[inside], pairs.distance[inside], pairs.cosine[inside]),
-        )
+        aims = Aims(yaw_deg, pitch_deg, camera)
+        pairs = visible_pairs(positions, samples, caster, rule, aims)
+        hits = (pairs.indptr, pairs.sample, pairs.distance, pairs.cosine)
+        return cls(positions, yaw_deg, pitch_deg, *hits)
 
     def take(self, rows: Ints) -> "Pool":
         """Poses of these rows, in this order."""
@@ -115,11 +107,13 @@ class Pool:
             np.concatenate([self.cosine, others.cosine]),
         )
 
-    def rays(self, samples: SurfaceSamples) -> Floats:
+    def rays(self, samples: SurfaceSamples) -> NDArray[np.float32]:
         """Unit vectors from sample to camera of each hit, shape (n, 3)."""
-        owner = np.repeat(np.arange(len(self)), np.diff(self.indptr))
-        rays = self.positions[owner] - samples.xyz[self.sample]
-        return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
+        from planner.viewpoints.pair_kernels import unit_rays
+
+        rays = np.empty((len(self.sample), 3), dtype=np.float32)
+        unit_rays(np.array(self.positions), samples.xyz, self.indptr, self.sample, rays)
+        return rays
 
     def viewpoints(self, chosen: Ints, samples: SurfaceSamples, *, kind: str) -> Viewpoints:
         """Viewpoints of chosen rows; the target of each is the sample nearest its axis."""

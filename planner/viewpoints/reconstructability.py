@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 from planner.geometry.arrays import Floats, Ints
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
-from planner.viewpoints.frustum import in_frustum
-from planner.viewpoints.pairs import visible_pairs
+from planner.viewpoints.pairs import Aims, visible_pairs
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.viewpoints import Viewpoints
@@ -112,11 +111,10 @@ def reconstructability(
 
     """
     rule = SightRule(d_min=0.0, d_max=reference, max_incidence=GRAZING)
-    pairs = visible_pairs(viewpoints.positions, samples, caster, rule)
-    owner = pairs.position
-    rays = viewpoints.positions[owner] - samples.xyz[pairs.sample]
-    inside = in_frustum(-rays, viewpoints.yaw_deg[owner], viewpoints.pitch_deg[owner], camera)
-    rays, sample = rays[inside], pairs.sample[inside].astype(np.int64)
+    aims = Aims(viewpoints.yaw_deg, viewpoints.pitch_deg, camera)
+    pairs = visible_pairs(viewpoints.positions, samples, caster, rule, aims)
+    sample = pairs.sample.astype(np.int64)
+    rays = viewpoints.positions[pairs.position] - samples.xyz[sample]
     distance = np.linalg.norm(rays, axis=1)
     rays /= distance[:, None]
     cosine = np.einsum("ij,ij->i", rays, samples.normals[sample])

@@ -10,8 +10,7 @@ from planner.geometry.arrays import Ints
 from planner.scene.cloud import Mesh
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
-from planner.viewpoints.frustum import in_frustum
-from planner.viewpoints.pairs import count_sectors, visible_pairs
+from planner.viewpoints.pairs import Aims, visible_pairs
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.viewpoints import Viewpoints
@@ -80,18 +79,14 @@ def count_views(
 
     Photos taken at one place with several aims hit a sample once: they share no parallax.
     """
-    pairs = visible_pairs(viewpoints.positions, samples, caster, rule)
-    owner = pairs.position
-    rays = samples.xyz[pairs.sample] - viewpoints.positions[owner]
-    yaw, pitch = viewpoints.yaw_deg[owner], viewpoints.pitch_deg[owner]
-    inside = in_frustum(rays, yaw, pitch, camera)
-    owner, sample = owner[inside], pairs.sample[inside]
+    aims = Aims(viewpoints.yaw_deg, viewpoints.pitch_deg, camera)
+    pairs = visible_pairs(viewpoints.positions, samples, caster, rule, aims)
+    owner, sample = pairs.position, pairs.sample
     place = np.unique(viewpoints.positions, axis=0, return_inverse=True)[1].reshape(-1)
     seen = np.unique(sample.astype(np.int64) * max(1, len(viewpoints)) + place[owner])
-    counts = np.bincount(owner, minlength=len(viewpoints))
     return Coverage(
-        np.concatenate([[0], np.cumsum(counts)]),
+        pairs.indptr,
         sample,
         np.bincount(seen // max(1, len(viewpoints)), minlength=len(samples)),
-        count_sectors(sample, pairs.sector[inside], len(samples)),
+        pairs.sides,
     )

@@ -12,7 +12,9 @@ from planner.scene.cloud import Mesh
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints import pairs as pairs_module
 from planner.viewpoints.camera import Camera
-from planner.viewpoints.pairs import visible_pairs
+from planner.viewpoints.frustum import in_frustum
+from planner.viewpoints.pairs import Aims, visible_pairs
+from planner.viewpoints.pool import Pool
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.viewpoints import Viewpoints
@@ -230,3 +232,26 @@ def test_no_viewpoints_see_nothing():
 def test_a_rule_out_of_range_is_refused(wrong):
     with pytest.raises(ValueError):
         SightRule(**{"d_min": 2.0, "d_max": 30.0, "max_incidence": 1.0, **wrong})
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(deadline=None, max_examples=20)
+def test_a_picture_shows_what_its_place_sees_within_the_frame(seed):
+    rng = np.random.default_rng(seed)
+    places = rng.uniform((-20, -20, 3), (20, 20, 25), (6, 3))
+    ground = [((x, y, 0.0), UP) for x, y in rng.uniform(-20, 20, (60, 2))]
+    samples, caster = samples_of(*ground), RayCaster(mesh_of(GROUND, WALL))
+    camera = Camera(width_px=400, height_px=300, focal_px=300.0)
+    yaw, pitch = rng.uniform(-180, 180, 6), rng.uniform(-90, 0, 6)
+    whole = visible_pairs(places, samples, caster, RULE)
+    part = visible_pairs(places, samples, caster, RULE, Aims(yaw, pitch, camera))
+    rays = samples.xyz[whole.sample] - places[whole.position]
+    inside = in_frustum(rays, yaw[whole.position], pitch[whole.position], camera)
+    for name in ("position", "sample", "distance", "cosine", "sector"):
+        np.testing.assert_array_equal(getattr(part, name), getattr(whole, name)[inside])
+    np.testing.assert_array_equal(part.available, np.bincount(part.sample, minlength=60))
+    pool = Pool.at(places, yaw, pitch, samples=samples, caster=caster, camera=camera, rule=RULE)
+    np.testing.assert_array_equal(pool.sample, part.sample)
+    expected = places[part.position] - samples.xyz[part.sample]
+    expected /= np.linalg.norm(expected, axis=1, keepdims=True)
+    np.testing.assert_allclose(pool.rays(samples), expected, atol=1e-7)
