@@ -1,4 +1,6 @@
-"""Compiled counts of how many hits an element needs; import only where a bound is wanted."""
+"""Compiled counts of how many hits elements need; import only where a bound is wanted."""
+
+# ruff: noqa: PLR0917 - positional arguments, as compiled code takes them
 
 from typing import Any
 
@@ -11,6 +13,7 @@ from solvers.pairs.kernels import pair_value
 Array = NDArray[Any]
 
 _EXACT = 96  # hits up to which all pairs of an element are looked at
+_SCANS = 32  # largest numbers of a list that are found one by one
 
 
 @compiled
@@ -34,13 +37,7 @@ def fewest(starts: Array, sight: Array, weights: Array, target: float) -> tuple[
         worth = np.empty(size)
         for k in range(size):
             worth[k] = best * max(0.0, sight[3, first + k]) * max(0.0, sight[4, first + k])
-        worth = np.sort(worth)[::-1]
-        value = 0.0
-        for k in range(size):
-            value += k * worth[k]
-            if value * (1.0 + 1e-9) + 1e-6 >= target:  # pairs may have been rounded up
-                needed[e] = k + 1
-                break
+        needed[e] = _by_worth(worth, target)
     return needed, halves
 
 
@@ -67,3 +64,52 @@ def _by_partners(pairs: Array, target: float) -> int:
         if 0.5 * np.sort(sums)[size - n :].sum() >= target - 1e-9:
             return n
     return 0
+
+
+@compiled
+def _by_worth(worth: Array, target: float) -> int:
+    """Fewest hits whose pairs reach the target if each is worth as much as its worse hit."""
+    value = 0.0
+    for k in range(len(worth)):
+        if k == _SCANS:
+            worth = np.sort(worth)[::-1]  # the first ones, 0 by now, are at the end
+        at = k - _SCANS if k >= _SCANS else np.argmax(worth)
+        value += k * worth[at]
+        if value * (1.0 + 1e-9) + 1e-6 >= target:  # pairs may have been rounded up
+            return k + 1
+        if k < _SCANS:
+            worth[at] = 0.0
+    return 0
+
+
+@compiled
+def relaxed(
+    indptr: Array,
+    element: Array,
+    sums: Array,
+    fine: Array,
+    prices: Array,
+    worth: Array,
+    slope: Array,
+) -> float:
+    """Price of the candidates that pay for themselves, at most 0, at these prices of rows.
+
+    A hit earns its candidate ``worth[e, 0]``, ``worth[e, 1]`` times its sum, and ``worth[e, 2]``
+    if it is fine, of which ``slope`` (E, 3) gets what they give, negative.
+    """
+    slope[:] = 0.0
+    total = 0.0
+    for c in range(len(prices)):
+        reduced = prices[c]
+        for hit in range(indptr[c], indptr[c + 1]):
+            e = element[hit]
+            reduced -= worth[e, 0] + worth[e, 1] * sums[hit] + worth[e, 2] * fine[hit]
+        if reduced >= 0.0:
+            continue
+        total += reduced
+        for hit in range(indptr[c], indptr[c + 1]):
+            e = element[hit]
+            slope[e, 0] -= 1.0
+            slope[e, 1] -= sums[hit]
+            slope[e, 2] -= fine[hit]
+    return total

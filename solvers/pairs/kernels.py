@@ -109,21 +109,22 @@ def values(
     for c in chosen:
         for hit in range(indptr[c], indptr[c + 1]):
             starts[element[hit] + 1] += 1
-    longest = starts.max()
+    most = starts.max()
     for e in range(size):
         starts[e + 1] += starts[e]
-    count = np.zeros(size, dtype=np.int64)
-    crew = np.empty((5, starts[size]), dtype=np.float32)
-    total, row = np.zeros(size), np.empty(longest)
+    end, hits = starts[:-1].copy(), np.empty(starts[size], dtype=np.int64)
     for c in chosen:
         for hit in range(indptr[c], indptr[c + 1]):
-            e = element[hit]
-            first, end = starts[e], starts[e] + count[e]
-            crew[0, end], crew[1, end], crew[2, end] = rays[hit, 0], rays[hit, 1], rays[hit, 2]
-            crew[3, end], crew[4, end] = nearness[hit], facing[hit]
-            pair_values(crew, end, crew, first, end, weights, row)
-            total[e] += row[: count[e]].sum()
-            count[e] += 1
+            hits[end[element[hit]]] = hit
+            end[element[hit]] += 1
+    total, row, crew = np.zeros(size), np.empty(most), np.empty((5, most), dtype=np.float32)
+    for e in range(size):
+        for n in range(starts[e + 1] - starts[e]):
+            hit = hits[starts[e] + n]
+            crew[0, n], crew[1, n], crew[2, n] = rays[hit, 0], rays[hit, 1], rays[hit, 2]
+            crew[3, n], crew[4, n] = nearness[hit], facing[hit]
+            pair_values(crew, n, crew, 0, n, weights, row)
+            total[e] += row[:n].sum()
     return total
 
 

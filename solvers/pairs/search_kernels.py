@@ -5,22 +5,31 @@
 import numpy as np
 
 from solvers.compiled import compiled
-from solvers.pairs.state import Array, State
+from solvers.pairs.state import GRAIN, Array, State
 from solvers.pairs.state_kernels import flip, loss_within
+
+_BLOCK = 128  # candidates passed over together where none of them gains enough
 
 
 @compiled
 def best_addition(s: State, limit: float, banned: int) -> int:
     """Candidate of most gain for its price that fits below the price limit, or -1."""
-    taken, gain, blocked, prices = s.taken, s.gain, s.blocked, s.prices
+    gain, blocked, prices = s.gain, s.blocked, s.prices
     best, best_key = -1, 0.0
     room = limit - s.totals[1]
-    for c in range(len(taken)):
-        if taken[c] or gain[c] <= 0.0 or blocked[c] > 0 or c == banned or prices[c] > room:
+    for first in range(0, len(gain), _BLOCK):
+        last, low, worthy = min(first + _BLOCK, len(gain)), best_key * (1.0 - 1e-9), 0
+        some, paid = gain[first:last], prices[first:last]
+        for n in range(last - first):  # several at once
+            worthy += 1 if some[n] >= max(low * paid[n], 0.5 / GRAIN) else 0
+        if worthy == 0:
             continue
-        key = gain[c] / prices[c] if prices[c] > 0.0 else np.inf
-        if key > best_key:
-            best, best_key = c, key
+        for c in range(first, last):
+            if gain[c] <= 0.0 or blocked[c] > 0 or c == banned or prices[c] > room:
+                continue
+            key = gain[c] / prices[c] if prices[c] > 0.0 else np.inf
+            if key > best_key:
+                best, best_key = c, key
     return best
 
 
@@ -103,18 +112,27 @@ def prune(s: State, wanted: int) -> None:
 def neighbours(s: State, centre: int, count: int) -> Array:
     """Choose the candidates that share most elements with a chosen one, itself first."""
     elements, starts, hits, crew, owner = s.element, s.starts, s.hits, s.crew, s.owner
-    shared = np.zeros(len(s.taken), dtype=np.int64)
+    shared = np.zeros(len(s.taken), dtype=np.int32)
+    met = np.empty(len(s.taken), dtype=np.int32)
+    size = 0
     for at in range(s.indptr[centre], s.indptr[centre + 1]):
         e = elements[at]
         for n in range(starts[e], starts[e] + hits[e]):
-            shared[owner[crew[n]]] += 1
-    shared[centre] = len(s.element) + 1
+            c = owner[crew[n]]
+            if shared[c] == 0:
+                met[size] = c
+                size += 1
+            shared[c] += 1
     found = np.empty(count, dtype=np.int64)
-    for n in range(count):
-        found[n] = np.argmax(shared)
-        if shared[found[n]] == 0:
+    found[0], shared[centre] = centre, 0
+    for n in range(1, count):
+        best = -1
+        for c in met[:size]:
+            more = best < 0 or shared[c] > shared[best] or (shared[c] == shared[best] and c < best)
+            best = c if more else best
+        if best < 0 or shared[best] == 0:
             return found[:n]
-        shared[found[n]] = 0
+        found[n], shared[best] = best, 0
     return found
 
 

@@ -34,8 +34,9 @@ class State(NamedTuple):
 
     Attributes
     ----------
-    indptr, element, place
-        Hits of each candidate: row starts (C + 1,), element, and place by element (nnz,).
+    indptr, element, place, good
+        Hits of each candidate: row starts (C + 1,), element, place by element, and whether it is
+        fine (nnz,).
     starts, owner, sight, fine
         Hits of each element: row starts (E + 1,), candidate, ray with nearness and facing
         (5, nnz), and whether it is fine.
@@ -46,8 +47,7 @@ class State(NamedTuple):
         Conflict groups of each candidate, and candidates of each group.
     partial
         What each hit that is not chosen would bring its element in pairs with the chosen ones,
-        by element (nnz,), without the changes kept for later. Those of chosen hits mean nothing,
-        nor do the gains of chosen candidates.
+        by element (nnz,), without the changes kept for later. Those of chosen hits mean nothing.
     value, hits, fine_hits
         Value, chosen hits and chosen fine hits of each element, (E,).
     crew, crew_sight, crew_sum, seat
@@ -58,9 +58,12 @@ class State(NamedTuple):
         How many changes each element keeps for later, (E,), and which, (E, LATE): twice the hit,
         plus one if it was taken out; one more than LATE where they are no longer kept, and what
         the hits not chosen would bring is to be summed up anew.
+    risk
+        Whether any one chosen hit is needed by each element, (E,): 0 if that is not known, 1 if
+        none is, 2 if the fine ones are, 3 if others may be too.
     taken, gain, blocked
-        Whether each candidate is chosen, the worth it would add if not, and how many chosen
-        ones it conflicts with, (C,).
+        Whether each candidate is chosen, the worth it would add if not (minus infinity if it
+        is), and how many chosen ones it conflicts with, (C,).
     totals
         Elements satisfied, price and worth.
     row
@@ -71,6 +74,7 @@ class State(NamedTuple):
     indptr: Array
     element: Array
     place: Array
+    good: Array
     starts: Array
     owner: Array
     sight: Array
@@ -94,6 +98,7 @@ class State(NamedTuple):
     seat: Array
     late: Array
     kept: Array
+    risk: Array
     taken: Array
     gain: Array
     blocked: Array
@@ -129,6 +134,7 @@ def empty_state(
         indptr=problem.indptr,
         element=problem.indices,
         place=place,
+        good=problem.fine,
         starts=starts,
         owner=owner,
         sight=problem.sight,
@@ -152,6 +158,7 @@ def empty_state(
         seat=np.empty(len(at), dtype=np.int32),
         late=np.zeros(problem.elements, dtype=np.int64),
         kept=np.empty((problem.elements, LATE), dtype=np.int64),
+        risk=np.zeros(problem.elements, dtype=np.uint8),
         taken=np.zeros(problem.candidates, dtype=np.bool_),
         gain=np.zeros(problem.candidates),
         blocked=np.zeros(problem.candidates, dtype=np.int64),

@@ -29,15 +29,15 @@ def gain_of(s: State, c: int) -> float:
     """What candidate ``c``, if it were added, would add."""
     elements, place, live, value, fine_hits = s.element, s.place, s.live, s.value, s.fine_hits
     partial, fine, wanted, hits, sight = s.partial, s.fine, s.fine_demand, s.hits, s.sight
-    limits = s.limits
+    limits, late = s.limits, s.late
     rule = (limits[0], limits[1], limits[2])
     total = 0.0
     for at in range(s.indptr[c], s.indptr[c + 1]):
         e, k = elements[at], place[at]
-        if not live[e]:
+        if late[e] > 0 or not live[e]:  # the former have all they want
             continue
         if value[e] >= limits[0] and fine_hits[e] >= wanted[e] and hits[e] >= 2:
-            continue  # whose sums may be kept for later
+            continue
         more = fine_hits[e] + fine[k]
         total += worth(value[e] + partial[k], more, wanted[e], *rule)
         total -= worth(value[e], fine_hits[e], wanted[e], *rule)
@@ -55,16 +55,22 @@ def loss_of(s: State, c: int) -> tuple[int, float]:
 @compiled
 def loss_within(s: State, c: int, most_lost: int, most: float) -> tuple[int, float]:
     """As :func:`loss_of`; less than all of it once both are at least as much as given."""
-    elements, place, live, values, fine_hits = s.element, s.place, s.live, s.value, s.fine_hits
-    crew_sum, seat, fine, wanted = s.crew_sum, s.seat, s.fine, s.fine_demand
+    elements, place, values, fine_hits, risk = s.element, s.place, s.value, s.fine_hits, s.risk
+    crew_sum, seat, good, wanted = s.crew_sum, s.seat, s.good, s.fine_demand
     target = s.limits[0]
     rule = (target, s.limits[1], s.limits[2])
     lost, total = 0, 0.0
     for at in range(s.indptr[c], s.indptr[c + 1]):
-        e, k = elements[at], place[at]
+        e = elements[at]
+        if risk[e] == 0:
+            risk[e] = _risk(s, e)
+        if risk[e] == 1 or (risk[e] == 2 and not good[at]):
+            continue
         value, now, want = values[e], fine_hits[e], wanted[e]
-        lower, less = value - crew_sum[seat[k]], now - fine[k]
-        if not live[e] or (lower >= target and less >= want):
+        lower, less = value, now - good[at]
+        if risk[e] == 3:  # the sum is far away in memory
+            lower = value - crew_sum[seat[place[at]]]
+        if lower >= target and less >= want:
             continue
         total += worth(value, now, want, *rule) - worth(lower, less, want, *rule)
         if value >= target and now >= want:
@@ -75,10 +81,23 @@ def loss_within(s: State, c: int, most_lost: int, most: float) -> tuple[int, flo
 
 
 @compiled
+def _risk(s: State, e: int) -> int:
+    """Whether an element would be worth less without one of its chosen hits; see ``risk``."""
+    if not s.live[e]:
+        return 1
+    target, value, crew_sum = s.limits[0], s.value[e], s.crew_sum
+    worst = 1 if s.fine_hits[e] > s.fine_demand[e] else 2
+    for n in range(s.starts[e], s.starts[e] + s.hits[e]):
+        if value - crew_sum[n] < target:
+            worst = 3
+    return worst
+
+
+@compiled
 def start(s: State) -> None:
     """Gains of the choice as it is."""
     for c in range(len(s.taken)):
-        s.gain[c] = gain_of(s, c)
+        s.gain[c] = -np.inf if s.taken[c] else gain_of(s, c)
 
 
 @compiled
@@ -122,6 +141,7 @@ def flip(s: State, v: int) -> None:
     partial, fine, sight, weights, taken = s.partial, s.fine, s.sight, s.weights, s.taken
     values, hits, fine_hits, gain, limits = s.value, s.hits, s.fine_hits, s.gain, s.limits
     late, kept, fine_demand, totals, row = s.late, s.kept, s.fine_demand, s.totals, s.row
+    risk = s.risk
     crew_sight, crew = s.crew_sight, (s.crew, s.crew_sight, s.crew_sum, s.seat)
     target = limits[0]
     rule = (target, limits[1], limits[2])
@@ -137,7 +157,7 @@ def flip(s: State, v: int) -> None:
         else:
             more = _leave(*crew, first, old_hits, a, weights, row)
         new, new_fine, new_hits = old + sign * more, old_fine + sign * fine[a], old_hits + sign
-        values[e], fine_hits[e], hits[e] = new, new_fine, new_hits
+        values[e], fine_hits[e], hits[e], risk[e] = new, new_fine, new_hits, 0
         done = min(old, new) >= target and min(old_fine, new_fine) >= want
         if not live[e]:
             late[e] = LATE + 1
@@ -172,8 +192,7 @@ def flip(s: State, v: int) -> None:
         if not adds:
             partial[a] = more
     totals[1] += sign * s.prices[v]
-    if not adds:
-        gain[v] = gain_of(s, v)
+    gain[v] = -np.inf if adds else gain_of(s, v)
     _block(s, v, sign)
 
 
