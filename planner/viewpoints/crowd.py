@@ -53,6 +53,9 @@ class Crowd:
         self.positions = np.array(positions)
         self.yaw_deg, self.pitch_deg = np.array(yaw_deg), np.array(pitch_deg)
         self.seen = self._photograph(np.arange(len(yaw_deg)))
+        size = len(eye.samples)
+        self._value, self._sharp = np.zeros(size), np.zeros(size, dtype=np.int64)
+        self._stale = np.ones(size, dtype=np.bool_)  # whose value and sharp are of yesterday
 
     def move(self, *, step: float, evaluations: int, map: Callable[..., Any] = map) -> int:  # noqa: A002 - it is a map
         """Move each photo once, if that helps; photos far apart are moved at the same time.
@@ -74,7 +77,7 @@ class Crowd:
 
         """
         moved = 0
-        for batch in far_apart(self.positions.copy(), _APART * self._eye.rule.d_max):
+        for batch in far_apart(self.positions.copy(), _APART * self._eye.reference):
             jobs = list(self._jobs(batch, step=step, evaluations=evaluations))
             for moves in list(map(move_views, jobs)):
                 self._accept(moves)
@@ -87,30 +90,35 @@ class Crowd:
         turn, tilt = self.yaw_deg[rows][seen.owner], self.pitch_deg[rows][seen.owner]
         return seen.rows(in_frustum(-seen.sight[:, :3], turn, tilt, self._camera))
 
+    def _album(self) -> Album:
+        """What all photos see now; value and sharp photos of each sample are brought up to it."""
+        from planner.viewpoints.move_kernels import tally
+
+        album = Album.of(self.seen, len(self._eye.samples))
+        rows, limits = np.flatnonzero(self._stale), self._wish.limits(self._eye.reference)
+        tally(rows, album.starts, album.sight, self._table, limits, self._value, self._sharp)
+        self._stale[:] = False
+        return album
+
     def _jobs(self, batch: Ints, *, step: float, evaluations: int) -> Iterator[BatchJob]:
         """Jobs that move some photos while all others stay."""
-        from planner.viewpoints.move_kernels import own_share, sharp_views, sums
+        from planner.viewpoints.move_kernels import own_share
 
-        wish, size = self._wish, len(self._eye.samples)
-        album = Album.of(self.seen, size)
-        total = sums(album.starts, album.sight, self._table)
-        sharp = sharp_views(album.sight, wish.limits(self._eye.rule.d_max))
-        sample = np.repeat(np.arange(size), np.diff(album.starts))
-        all_sharp = np.bincount(sample[sharp], minlength=size)
+        wish, album = self._wish, self._album()
+        known = (album.starts, album.owner, album.sight, self._table)
+        limits = wish.limits(self._eye.reference)
         for first in range(0, len(batch), _TOGETHER):
             views = batch[first : first + _TOGETHER]
-            shares = (album.starts, album.owner, album.sight, self._table)
-            given = np.array([own_share(view, *shares) for view in views])
-            base = np.maximum(total - given, 0.0)
-            own = [np.bincount(sample[sharp & (album.owner == v)], minlength=size) for v in views]
-            base_sharp = all_sharp - np.array(own)
-            worth = (wish.worth(total, all_sharp) - wish.worth(base, base_sharp)).sum(axis=1)
+            given = [own_share(view, *known, limits) for view in views]
+            base = np.maximum(self._value - np.array([value for value, _ in given]), 0.0)
+            base_sharp = self._sharp - np.array([sharp for _, sharp in given])
+            worth = wish.worth(self._value, self._sharp) - wish.worth(base, base_sharp)
             yield BatchJob(
                 *(self._eye, self._space, self._camera, album, views),
                 places=self.positions[views],
                 base=base,
                 base_sharp=base_sharp,
-                worth=worth,
+                worth=worth.sum(axis=1),
                 wish=wish,
                 size=step,
                 evaluations=evaluations,
@@ -127,7 +135,10 @@ class Crowd:
         self.positions[rows] = moves.places
         self.yaw_deg[rows], self.pitch_deg[rows] = yaw[moves.aims], pitch[moves.aims]
         fresh = self._photograph(rows)
-        old = self.seen.rows(~np.isin(self.seen.owner, rows))
+        gone = np.isin(self.seen.owner, rows)
+        self._stale[self.seen.sample[gone]] = True
+        self._stale[fresh.sample] = True
+        old = self.seen.rows(~gone)
         self.seen = Seen(
             np.concatenate([old.owner, rows[fresh.owner]]),
             np.concatenate([old.sample, fresh.sample]),

@@ -43,14 +43,16 @@ class Eye:
     Parameters
     ----------
     samples, caster, rule
-        What is to be seen, what may be in the way, and what counts; the farthest distance of
-        the rule is the one at which a view is worth nothing.
+        What is to be seen, what may be in the way, and what counts.
+    reference
+        Distance at which a view is worth nothing, metres.
 
     """
 
     samples: SurfaceSamples
     caster: RayCaster
     rule: SightRule
+    reference: float
 
     @cached_property
     def _starts(self) -> NDArray[np.float32]:
@@ -62,7 +64,8 @@ class Eye:
         from planner.viewpoints.pair_kernels import facing_pairs
 
         samples, rule = self.samples, self.rule
-        size, most = len(samples), len(places) * len(samples)
+        rows = np.arange(len(samples)) if hungry is None else np.flatnonzero(hungry.any(axis=0))
+        size, most = len(samples), len(places) * len(rows)
         indptr = np.empty(len(places) + 1, dtype=np.int64)
         sample, sector = np.empty(most, dtype=np.int32), np.empty(most, dtype=np.uint8)
         distance, cosine = np.empty((2, most), dtype=np.float32)
@@ -71,7 +74,7 @@ class Eye:
         limits = np.array([rule.d_min, rule.d_max, least, rule.reach, low, high, 0.0])
         tangents, stages = np.zeros((size, 2)), np.zeros((4, size), dtype=np.int32)
         count = facing_pairs(
-            *(np.array(places), samples.xyz, samples.normals, tangents, np.arange(size), limits, 1),
+            *(np.array(places), samples.xyz, samples.normals, tangents, rows, limits, 1),
             *(indptr, sample, distance, cosine, sector, stages),
         )
         owner = np.repeat(np.arange(len(places)), np.diff(indptr))
@@ -83,7 +86,9 @@ class Eye:
         owner, sample = owner[keep], sample[keep]
         length = distance[keep].astype(np.float64)[:, None]
         rays = (places[owner] - samples.xyz[sample]) / length
-        return Seen(owner, sample, np.hstack([rays, 1.0 - length / rule.d_max, cosine[keep, None]]))
+        return Seen(
+            owner, sample, np.hstack([rays, 1.0 - length / self.reference, cosine[keep, None]])
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +113,6 @@ class Album:
     @classmethod
     def of(cls, seen: Seen, size: int) -> "Album":
         """Sort what views see by the samples, of which there are ``size``."""
-        order = np.argsort(seen.sample, kind="stable")
-        starts = np.searchsorted(seen.sample[order], np.arange(size + 1)).astype(np.int64)
-        return cls(starts, seen.owner[order], np.ascontiguousarray(seen.sight[order]))
+        from planner.viewpoints.move_kernels import by_sample
+
+        return cls(*by_sample(seen.sample, seen.owner, seen.sight, size))

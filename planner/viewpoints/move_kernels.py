@@ -25,30 +25,6 @@ def _pair(a: Array, b: Array, table: Array) -> float:
 
 
 @compiled
-def sums(starts: Array, sight: Array, table: Array) -> Array:
-    """Reconstructability of each sample, whose views are rows ``starts[s]`` to the next."""
-    total = np.zeros(len(starts) - 1)
-    for s in range(len(total)):
-        for i in range(starts[s], starts[s + 1]):
-            for j in range(starts[s], i):
-                total[s] += _pair(sight[i], sight[j], table)
-    return total
-
-
-@compiled
-def own_share(view: int, starts: Array, owner: Array, sight: Array, table: Array) -> Array:
-    """What one view gives to each sample, shape (S,)."""
-    total = np.zeros(len(starts) - 1)
-    for s in range(len(total)):
-        for i in range(starts[s], starts[s + 1]):
-            if owner[i] == view:
-                for j in range(starts[s], starts[s + 1]):
-                    if j != i:
-                        total[s] += _pair(sight[i], sight[j], table)
-    return total
-
-
-@compiled
 def is_sharp(view: Array, limits: Array) -> bool:
     """Whether a view of a sample is sharp; see :attr:`~planner.viewpoints.moves.Wish.limits`."""
     distance, cosine = (1.0 - view[3]) * limits[0], view[4]
@@ -56,23 +32,62 @@ def is_sharp(view: Array, limits: Array) -> bool:
 
 
 @compiled
-def sharp_views(sight: Array, limits: Array) -> Array:
-    """Which views, rows (n, 5), are sharp, shape (n,)."""
-    found = np.zeros(len(sight), dtype=np.bool_)
-    for i in range(len(sight)):
-        found[i] = is_sharp(sight[i], limits)
-    return found
+def by_sample(sample: Array, owner: Array, sight: Array, size: int) -> tuple[Array, Array, Array]:
+    """Sort rows by sample, of which there are ``size``: row starts, owners and sights."""
+    starts = np.zeros(size + 1, dtype=np.int64)
+    for s in sample:
+        starts[s + 1] += 1
+    for s in range(size):
+        starts[s + 1] += starts[s]
+    place = starts.copy()
+    owners, sights = np.empty_like(owner), np.empty_like(sight)
+    for row in range(len(sample)):
+        at = place[sample[row]]
+        place[sample[row]] += 1
+        owners[at] = owner[row]
+        for column in range(5):
+            sights[at, column] = sight[row, column]
+    return starts, owners, sights
 
 
 @compiled
-def worth(value: float, sharp: int, want: int, wish: Array) -> float:
-    """Worth of a sample of this reconstructability with so many sharp views, of which it wants
-    some; see :attr:`~planner.viewpoints.moves.Wish.numbers`.
-    """  # noqa: D205
-    total = min(value, wish[0]) + wish[2] * min(sharp, want)
-    if value >= wish[0] and sharp >= want:
-        total += wish[1]
-    return float(total)
+def tally(  # noqa: PLR0917 - compiled
+    rows: Array,
+    starts: Array,
+    sight: Array,
+    table: Array,
+    limits: Array,
+    value: Array,
+    sharp: Array,
+) -> None:
+    """Write reconstructability and number of sharp views of some samples.
+
+    The views of sample s are rows ``starts[s]`` to the next of ``sight``.
+    """
+    for s in rows:
+        total, count = 0.0, 0
+        for i in range(starts[s], starts[s + 1]):
+            count += is_sharp(sight[i], limits)
+            for j in range(starts[s], i):
+                total += _pair(sight[i], sight[j], table)
+        value[s], sharp[s] = total, count
+
+
+@compiled
+def own_share(  # noqa: PLR0917 - compiled
+    view: int, starts: Array, owner: Array, sight: Array, table: Array, limits: Array
+) -> tuple[Array, Array]:
+    """What one view gives to each sample: reconstructability, and sharp views; both (S,)."""
+    total = np.zeros(len(starts) - 1)
+    sharp = np.zeros(len(starts) - 1, dtype=np.int64)
+    for s in range(len(total)):
+        for i in range(starts[s], starts[s + 1]):
+            if owner[i] == view:
+                sharp[s] += is_sharp(sight[i], limits)
+                for j in range(starts[s], starts[s + 1]):
+                    if j != i:
+                        total[s] += _pair(sight[i], sight[j], table)
+    return total, sharp
 
 
 @compiled
@@ -85,7 +100,8 @@ def gains(  # noqa: PLR0917 - compiled
     base: Array,
     base_sharp: Array,
     want: Array,
-    wish: Array,
+    target: float,
+    sharp_worth: float,
     limits: Array,
     starts: Array,
     owner: Array,
@@ -101,16 +117,15 @@ def gains(  # noqa: PLR0917 - compiled
     gain = np.zeros(len(request))
     for k in range(len(request)):
         s, row = sample[k], member[request[k]]
-        room, total = wish[0] - base[row, s], 0.0
+        room, total = target - base[row, s], 0.0
         for i in range(starts[s], starts[s + 1]):
             if total >= room:
                 break
             if owner[i] != views[row]:
                 total += _pair(seen[k], sight[i], table)
-        had = base_sharp[row, s]
-        now = had + int(is_sharp(seen[k], limits))
-        rise = worth(base[row, s] + total, now, want[s], wish)
-        gain[k] = rise - worth(base[row, s], had, want[s], wish)
+        gain[k] = max(0.0, min(total, room))
+        if base_sharp[row, s] < want[s] and is_sharp(seen[k], limits):
+            gain[k] += sharp_worth
     return gain
 
 

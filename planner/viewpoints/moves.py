@@ -22,7 +22,7 @@ class Wish:
     """What photos are moved for.
 
     The worth of a sample is its reconstructability as far as ``target``, plus ``sharp_worth`` for
-    each sharp photo that it wants, plus ``bonus`` once it has all of both.
+    each sharp photo that it wants.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class Wish:
         More reconstructability than this is worth nothing.
     want
         Sharp photos that each sample wants, shape (S,).
-    bonus, sharp_worth
+    sharp_worth
         As above.
     sharp
         Which photo of a sample is sharp; without it, each is.
@@ -39,14 +39,8 @@ class Wish:
 
     target: float
     want: Ints
-    bonus: float = 0.0
     sharp_worth: float = 0.0
     sharp: SightRule | None = None
-
-    @property
-    def numbers(self) -> Floats:
-        """Target, bonus and worth of a sharp photo, shape (3,)."""
-        return np.array([self.target, self.bonus, self.sharp_worth])
 
     def limits(self, reference: float) -> Floats:
         """Reference distance, and of a sharp photo least cosine, farthest distance and reach."""
@@ -61,8 +55,8 @@ class Wish:
 
     def worth(self, value: Floats, sharp: Ints) -> Floats:
         """Worth of samples with these values and numbers of sharp photos, shape (..., S)."""
-        total = np.minimum(value, self.target) + self.sharp_worth * np.minimum(sharp, self.want)
-        return np.asarray(total + self.bonus * ~self.hungry(value, sharp))
+        fine = self.sharp_worth * np.minimum(sharp, self.want)
+        return np.asarray(np.minimum(value, self.target) + fine)
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +162,7 @@ def _look(job: BatchJob, places: Floats, member: Ints) -> tuple[Ints, Floats]:
     seen = job.eye.see(places, wish.hungry(job.base, job.base_sharp)[member])
     gain = gains(
         *(seen.owner, seen.sample, seen.sight, member, job.views, job.base, job.base_sharp),
-        *(wish.want, wish.numbers, wish.limits(job.eye.rule.d_max)),
+        *(wish.want, wish.target, wish.sharp_worth, wish.limits(job.eye.reference)),
         *(album.starts, album.owner, album.sight, job.table),
     )
     indptr = np.searchsorted(seen.owner, np.arange(len(places) + 1)).astype(np.int64)

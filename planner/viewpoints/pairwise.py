@@ -1,8 +1,7 @@
 """Choose photos by what pairs of them can triangulate: the socket for pair solvers."""
 
 import math
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,56 +10,67 @@ from planner.config import ViewpointSettings
 from planner.geometry.arrays import Bools, Floats, Ints
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
-from planner.viewpoints.candidates import direct_aim, generate_candidates, most_frontal
-from planner.viewpoints.free_balls import free_balls
-from planner.viewpoints.pairs import VisiblePairs, visible_pairs
+from planner.viewpoints.crowd import Crowd
+from planner.viewpoints.free_balls import FreeBalls, free_balls
+from planner.viewpoints.moves import Wish
+from planner.viewpoints.pairs import VisiblePairs
 from planner.viewpoints.pool import Pool
 from planner.viewpoints.rays import RayCaster
-from planner.viewpoints.reconstructability import GRAZING, parallax_weight
 from planner.viewpoints.refine import poses_beside
 from planner.viewpoints.sight import SightRule
-from planner.viewpoints.thinning import thin_lattice
+from planner.viewpoints.subject import Subject
 from planner.viewpoints.viewpoints import Viewpoints
-from solvers import Result, Stop, solve
-from solvers.pairs import PairCoverProblem, chord_table
-from solvers.registry import load
+from solvers import Result
+from solvers.pairs import PairCoverProblem
 
 _FEWEST = 200  # positions to choose from, where there are so many
-_STEP = 0.6  # voxels that a pose is moved at most, at first
-_TURN = math.radians(12.0)  # that an aim is turned at most, at first
-_SHRINK = 0.8  # of both from one refinement to the next
-_SURE = 1.001  # times the target, since the table and single precision are a little off
-_BOUND_STEPS = 60
+_CLIMB = 0.2  # of the reference distance: the first step of a photo that is moved, at first
+_EVALUATIONS = 16  # places that a photo tries when it is moved
+_SPARE = 1.1  # of the target: what photos are moved for
+_SHARP = 0.25  # of the target: what a wanted sharp photo is worth to them
+_STEP = 0.6  # voxels between a photo and the poses beside it at most, at first
+_TURN = math.radians(12.0)  # that these are turned at most, at first
+_SHRINK = 0.85  # of all three from one round to the next
 _KEY = 4  # of the chance in this stage
+_NONE = np.empty(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """How long the search may take.
+    """How long the search may take; numbers are for each photo that it takes to see every sample.
 
     Parameters
     ----------
     positions
-        Positions to choose from, for each photo that it takes to see every sample once.
+        Positions of the first and the last search.
     iterations
-        Iterations of the pair solver over all its searches, for each such photo.
-    refinements
-        Searches after the first, each with poses beside the chosen ones added.
+        Iterations of the pair solver in each of them.
+    rounds
+        Rounds in between, off the grid.
+    climbs
+        How often each photo is moved in a round.
+    around
+        Positions that the search of a round may choose from besides.
+    steps
+        Iterations of the pair solver in a round.
     copies
-        Poses added beside each chosen one.
+        Poses added beside each chosen one in a round.
 
     """
 
     positions: float
     iterations: float
-    refinements: int
+    rounds: int
+    climbs: int
+    around: float
+    steps: float
     copies: int
 
 
 EFFORTS = {
-    "quick": Effort(100.0, 30.0, 2, 4),
-    "standard": Effort(150.0, 250.0, 6, 6),
-    "best": Effort(225.0, 625.0, 14, 8),
+    "quick": Effort(100.0, 30.0, 2, 1, 20.0, 30.0, 2),
+    "standard": Effort(150.0, 60.0, 5, 2, 40.0, 60.0, 4),
+    "best": Effort(225.0, 100.0, 20, 2, 40.0, 60.0, 4),
 }
 """What each effort may take; see docs for the times measured."""
 
@@ -100,8 +110,10 @@ def choose_by_pairs(
 ) -> PairChoice:
     """Choose the fewest photos that make enough samples reconstructable.
 
-    The first search has the grid's positions with their best aims to choose from. Each further
-    one goes on from the photos chosen so far, with poses beside them added, off the grid.
+    The first search has the grid's positions with their best aims to choose from. In each round
+    the photos are moved one by one to where they add most to the others, and a search goes on
+    from them, with a thinner grid and poses beside them to choose from: what the moves have made
+    redundant it drops. The last search has the first one's grid again, and a bound.
 
     Parameters
     ----------
@@ -114,143 +126,88 @@ def choose_by_pairs(
     settings, voxel, seed
         Target and effort; spacing of the positions, metres; root of all chance.
     airspace
-        Where flight is safe; without it, poses are turned but not moved.
+        Where flight is safe; without it, photos stay on the positions.
 
     """
-    effort = EFFORTS[settings.effort]
-    wide = wide_rule(rule, settings)
-
-    def grid(limit: int) -> tuple[Floats, Pool]:
-        places = positions[thin_lattice(positions, spacing=voxel, limit=limit)]
-        pool = _grid_pool(places, samples, caster, camera, rule=wide, settings=settings)
-        return places, pool
-
-    probe = grid(_FEWEST)[1]
+    subject, effort = Subject(samples, caster, camera, rule, settings), EFFORTS[settings.effort]
+    probe = subject.grid(positions, spacing=voxel, limit=_FEWEST)
     layer = len(samples) * len(probe) / max(1, len(probe.sample))  # photos, each sample once
-    places, base = grid(max(_FEWEST, round(effort.positions * layer)))
-    rare = _sharp_poses(base, positions, sharp, samples, camera, rule=rule, settings=settings)
-    shown = partial(Pool.at, samples=samples, caster=caster, camera=camera, rule=wide)
-    base = base.joined(shown(*rare)) if len(rare[0]) else base
-    room = free_balls(np.concatenate([places, rare[0]]), airspace)
-    total = settings.iterations or max(1, round(effort.iterations * layer))
-    rounds = min(effort.refinements, total - 1)
-    pool, chosen, result = base, np.empty(0, dtype=np.int64), None
-    for number in range(rounds + 1):
-        if number:
-            kept = pool.take(chosen)
-            poses = poses_beside(
-                *(kept, room, camera),
-                step=_STEP * voxel * _SHRINK ** (number - 1),
-                turn=_TURN * _SHRINK ** (number - 1),
-                copies=effort.copies,
-                seed=np.random.SeedSequence(seed, spawn_key=(_KEY, number)),
-            )
-            pool = base.joined(kept).joined(shown(*poses))
-            chosen = len(base) + np.arange(len(kept))
-        problem = pair_problem(pool, samples, rule=rule, settings=settings)
-        its = total * (number + 1) // (rounds + 1) - total * number // (rounds + 1)
-        last = number == rounds
-        result = _search(problem, chosen, settings, iterations=its, seed=seed, bounded=last)
-        if result.solution is None:
-            break
-        chosen = result.solution
-    views = pool.viewpoints(chosen, samples, kind="pair")
-    return PairChoice(views, problem.reachable, (result,) if result else ())
-
-
-def _grid_pool(
-    places: Floats,
-    samples: SurfaceSamples,
-    caster: RayCaster,
-    camera: Camera,
-    *,
-    rule: SightRule,
-    settings: ViewpointSettings,
-) -> Pool:
-    """The best aims of each place."""
-    pairs = visible_pairs(places, samples, caster, rule)
-    candidates = generate_candidates(
-        *(places, pairs, samples, camera),
-        aims=settings.aims,
-        directions=settings.aim_directions,
-        weights=1.0 / np.sqrt(np.maximum(pairs.available, 1)),
+    few, many = (
+        subject.grid(positions, spacing=voxel, limit=max(_FEWEST, round(count)), sharp=sharp)
+        for count in (effort.around * layer, effort.positions * layer)
     )
-    return Pool.of(candidates)
+    first, *between = _iterations(effort, layer, settings.iterations)
+    problem = subject.problem(many)
+    result = subject.search(problem, _NONE, iterations=first, seed=seed)
+    kept = many.take(_NONE if result.solution is None else result.solution)
+    if len(kept):
+        room = free_balls(positions, airspace)
+        rounds = _Rounds(subject, few, room, effort, problem, voxel=voxel, seed=seed)
+        for number, iterations in enumerate(between[:-1]):
+            kept = rounds.improved(kept, number, iterations=iterations)
+        pool = many.joined(kept)
+        problem, start = subject.problem(pool), len(many) + np.arange(len(kept))
+        result = subject.search(problem, start, iterations=between[-1], seed=seed, bounded=True)
+        kept = pool.take(start if result.solution is None else result.solution)
+    views = kept.viewpoints(np.arange(len(kept)), samples, kind="pair")
+    return PairChoice(views, problem.reachable, (result,))
 
 
-def _sharp_poses(
-    pool: Pool,
-    positions: Floats,
-    sharp: VisiblePairs,
-    samples: SurfaceSamples,
-    camera: Camera,
-    *,
-    rule: SightRule,
-    settings: ViewpointSettings,
-) -> tuple[Floats, Floats, Floats]:
-    """Poses that look straight at samples which the pool shows sharply less often than wanted."""
-    held = np.bincount(pool.sample[_sharp(pool, rule)], minlength=len(samples))
-    lack = np.minimum(settings.sharp_views, sharp.available) - held
-    row = most_frontal(sharp, np.zeros(len(sharp), dtype=np.bool_), lack.clip(0))
-    places = positions[np.searchsorted(sharp.indptr, row, side="right") - 1]
-    return places, *direct_aim(places, samples.xyz[sharp.sample[row]], camera)
+def _iterations(effort: Effort, layer: float, total: int | None) -> list[int]:
+    """Iterations of the first search, of each round's and of the last, as told or in all."""
+    shares = np.array([effort.iterations, *[effort.steps] * effort.rounds, effort.iterations])
+    scale = layer if total is None else total / shares.sum()
+    return [max(1, round(share * scale)) for share in shares]
 
 
-def _search(
-    problem: PairCoverProblem,
-    start: Ints,
-    settings: ViewpointSettings,
-    *,
-    iterations: int,
-    seed: int,
-    bounded: bool,
-) -> Result[Ints]:
-    """Run the pair solver; the built-in ones begin with the start, and bound if told to."""
-    own = settings.pair_solver in {"greedy", "lns"}
-    options = {"start": tuple(start.tolist()), "bound_steps": _BOUND_STEPS if bounded else 0}
-    solver = load("pairs", settings.pair_solver, **(options if own else {}))
-    return solve(problem, solver, seed=seed, stop=Stop(iterations=iterations))
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rounds:
+    """Rounds of moving photos and searching among them.
 
+    ``first`` is the problem whose demands hold throughout.
+    """
 
-def wide_rule(rule: SightRule, settings: ViewpointSettings) -> SightRule:
-    """What counts for reconstructability though it may not be sharp."""
-    farthest = settings.pair_range * reference_distance(rule)
-    return replace(rule, d_max=farthest, max_incidence=GRAZING, reach=math.inf, sectors=1)
+    subject: Subject
+    grid: Pool
+    room: FreeBalls
+    effort: Effort
+    first: PairCoverProblem
+    voxel: float
+    seed: int
 
+    def improved(self, kept: Pool, number: int, *, iterations: int) -> Pool:
+        """Photos after one more round, the ``number``-th from 0."""
+        subject, scale = self.subject, _SHRINK**number
+        kept = self._moved(kept, step=_CLIMB * scale * subject.reference)
+        beside = poses_beside(
+            *(kept, self.room, subject.camera),
+            step=_STEP * scale * self.voxel,
+            turn=_TURN * scale,
+            copies=self.effort.copies,
+            seed=np.random.SeedSequence(self.seed, spawn_key=(_KEY, number)),
+        )
+        pool = self.grid.joined(kept).joined(subject.at(*beside))
+        start = len(self.grid) + np.arange(len(kept))
+        problem = subject.problem(pool, wanted=self.first.wanted)
+        result = subject.search(problem, start, iterations=iterations, seed=self.seed + number + 1)
+        return kept if result.solution is None else pool.take(result.solution)
 
-def reference_distance(rule: SightRule) -> float:
-    """Distance at which a photo is worth nothing: twice the one that just meets the GSD."""
-    return 2.0 * rule.reach
-
-
-def pair_problem(
-    pool: Pool,
-    samples: SurfaceSamples,
-    *,
-    rule: SightRule,
-    settings: ViewpointSettings,
-) -> PairCoverProblem:
-    """Poses x samples with rays, distances and cosines as reconstructability wants them."""
-    from scipy.sparse import csr_array
-
-    shape = (len(pool), len(samples))
-    ones = np.ones(len(pool.sample), dtype=np.int8)
-    return PairCoverProblem(
-        csr_array((ones, pool.sample, pool.indptr), shape=shape),
-        pool.rays(samples),
-        1.0 - pool.distance / reference_distance(rule),
-        pool.cosine,
-        weights=chord_table(parallax_weight),
-        target=_SURE * settings.target,
-        share=settings.share,
-        budget=settings.budget,
-        fine=_sharp(pool, rule),
-        fine_demand=settings.sharp_views,
-    )
-
-
-def _sharp(pool: Pool, rule: SightRule) -> Bools:
-    """Which hits a rule allows that have passed a wider one, shape (n,)."""
-    facing = pool.cosine >= math.cos(rule.max_incidence)
-    near = pool.distance <= np.minimum(rule.d_max, rule.reach * pool.cosine)
-    return np.asarray(facing & near)
+    def _moved(self, kept: Pool, *, step: float) -> Pool:
+        """Photos moved one by one to where they add most."""
+        subject, target = self.subject, self.subject.settings.target
+        crowd = Crowd(
+            *(kept.positions, kept.yaw_deg, kept.pitch_deg),
+            eye=subject.eye,
+            space=self.room,
+            camera=subject.camera,
+            wish=Wish(
+                _SPARE * target,
+                self.first.fine_demand,
+                sharp_worth=_SHARP * target,
+                sharp=subject.rule,
+            ),
+            directions=subject.settings.aim_directions,
+        )
+        for _ in range(self.effort.climbs):
+            crowd.move(step=step, evaluations=_EVALUATIONS)
+        return subject.at(crowd.positions, crowd.yaw_deg, crowd.pitch_deg)

@@ -86,7 +86,7 @@ def smith_viewpoints(
     down = np.full(count, int(np.argmin(pitch)))
     crowd = Crowd(
         *(start, yaw[down], pitch[down]),
-        eye=Eye(samples, caster, rule),
+        eye=Eye(samples, caster, rule, reference),
         space=space,
         camera=camera,
         wish=Wish(settings.target, np.zeros(len(samples), dtype=np.int64)),

@@ -15,8 +15,8 @@ from planner.viewpoints.crowd import far_apart
 from planner.viewpoints.eye import Album, Eye
 from planner.viewpoints.free_balls import FreeBalls, free_balls
 from planner.viewpoints.frustum import in_frustum
-from planner.viewpoints.move_kernels import own_share, sums
-from planner.viewpoints.moves import Moves, _look
+from planner.viewpoints.move_kernels import own_share, tally
+from planner.viewpoints.moves import Moves, Wish, _look
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.reconstructability import GRAZING, parallax_weight, reconstructability
 from planner.viewpoints.sight import SightRule
@@ -61,8 +61,9 @@ def positions():
 
 
 SAMPLES, POSITIONS, CASTER = samples(), positions(), RayCaster(mesh())
-EYE = Eye(SAMPLES, CASTER, SightRule(0.0, REFERENCE, GRAZING, sectors=1))
+EYE = Eye(SAMPLES, CASTER, SightRule(0.0, REFERENCE, GRAZING, sectors=1), REFERENCE)
 TABLE = chord_table(parallax_weight)
+LIMITS = Wish(4.0, np.zeros(len(SAMPLES), dtype=np.int64)).limits(REFERENCE)
 
 
 def place(airspace=None, spread=map, **changes):
@@ -95,7 +96,10 @@ def views():
 def test_sums_are_those_of_the_exact_formula_by_fresh_rays(views):
     got = album(views)
     exact = reconstructability(views, SAMPLES, CASTER, CAMERA, reference=REFERENCE)
-    np.testing.assert_allclose(sums(got.starts, got.sight, TABLE), exact, atol=2e-4)
+    value, sharp = np.zeros(len(SAMPLES)), np.zeros(len(SAMPLES), dtype=np.int64)
+    tally(np.arange(len(SAMPLES)), got.starts, got.sight, TABLE, LIMITS, value, sharp)
+    np.testing.assert_allclose(value, exact, atol=2e-4)
+    np.testing.assert_array_equal(sharp, np.diff(got.starts))
 
 
 def test_the_share_of_a_view_is_what_is_lost_without_it(views):
@@ -106,7 +110,7 @@ def test_the_share_of_a_view_is_what_is_lost_without_it(views):
             reconstructability(some, SAMPLES, CASTER, CAMERA, reference=REFERENCE)
             for some in (views, left)
         ]
-        share = own_share(view, got.starts, got.owner, got.sight, TABLE)
+        share = own_share(view, got.starts, got.owner, got.sight, TABLE, LIMITS)[0]
         np.testing.assert_allclose(share, exact[0] - exact[1], atol=2e-4)
 
 

@@ -1,0 +1,170 @@
+"""What is to be photographed and how photos of it are judged, wherever they are taken."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner.config import ViewpointSettings
+from planner.geometry.arrays import Bools, Floats, Ints
+from planner.surface.samples import SurfaceSamples
+from planner.viewpoints.camera import Camera
+from planner.viewpoints.candidates import direct_aim, generate_candidates, most_frontal
+from planner.viewpoints.eye import Eye
+from planner.viewpoints.pairs import VisiblePairs, visible_pairs
+from planner.viewpoints.pool import Pool
+from planner.viewpoints.rays import RayCaster
+from planner.viewpoints.reconstructability import GRAZING, parallax_weight
+from planner.viewpoints.sight import SightRule
+from planner.viewpoints.thinning import thin_lattice
+from solvers import Result, Stop, solve
+from solvers.pairs import PairCoverProblem, chord_table
+from solvers.registry import load
+
+_SURE = 1.001  # times the target, since the table and single precision are a little off
+_BOUND_STEPS = 60
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Subject:
+    """Samples and the rules by which photos of them count.
+
+    Parameters
+    ----------
+    samples, caster, camera
+        What is to be photographed, what may be in the way, and the field of view.
+    rule
+        Limits on range, incidence and GSD of a sharp photo.
+    settings
+        Target, share and solver.
+
+    """
+
+    samples: SurfaceSamples
+    caster: RayCaster
+    camera: Camera
+    rule: SightRule
+    settings: ViewpointSettings
+
+    @property
+    def reference(self) -> float:
+        """Distance at which a photo is worth nothing: twice the one that just meets the GSD."""
+        return 2.0 * self.rule.reach
+
+    @property
+    def wide(self) -> SightRule:
+        """What counts for reconstructability though it may not be sharp."""
+        farthest = self.settings.pair_range * self.reference
+        return replace(self.rule, d_max=farthest, max_incidence=GRAZING, reach=math.inf, sectors=1)
+
+    @property
+    def eye(self) -> Eye:
+        """Sees what counts for reconstructability from anywhere."""
+        return Eye(self.samples, self.caster, self.wide, self.reference)
+
+    def at(self, positions: Floats, yaw_deg: Floats, pitch_deg: Floats) -> Pool:
+        """What any poses show, by fresh rays; shapes (K, 3), (K,) and (K,)."""
+        return Pool.at(
+            *(positions, yaw_deg, pitch_deg),
+            samples=self.samples,
+            caster=self.caster,
+            camera=self.camera,
+            rule=self.wide,
+        )
+
+    def grid(
+        self, positions: Floats, *, spacing: float, limit: int, sharp: VisiblePairs | None = None
+    ) -> Pool:
+        """The best aims of evenly thinned positions, and sharp poses where these lack them.
+
+        Parameters
+        ----------
+        positions
+            Free positions on a lattice, shape (V, 3), metres.
+        spacing
+            Of the lattice, metres.
+        limit
+            About how many positions to keep.
+        sharp
+            What each position sees sharply; without it, no poses are added.
+
+        """
+        places = positions[thin_lattice(positions, spacing=spacing, limit=limit)]
+        pairs = visible_pairs(places, self.samples, self.caster, self.wide)
+        candidates = generate_candidates(
+            *(places, pairs, self.samples, self.camera),
+            aims=self.settings.aims,
+            directions=self.settings.aim_directions,
+            weights=1.0 / np.sqrt(np.maximum(pairs.available, 1)),
+        )
+        pool = Pool.of(candidates)
+        if sharp is None:
+            return pool
+        rare = self._sharp_poses(pool, positions, sharp)
+        return pool.joined(self.at(*rare)) if len(rare[0]) else pool
+
+    def _sharp_poses(
+        self, pool: Pool, positions: Floats, sharp: VisiblePairs
+    ) -> tuple[Floats, Floats, Floats]:
+        """Poses straight at samples which the pool shows sharply less often than wanted."""
+        held = np.bincount(pool.sample[self._is_sharp(pool)], minlength=len(self.samples))
+        lack = np.minimum(self.settings.sharp_views, sharp.available) - held
+        row = most_frontal(sharp, np.zeros(len(sharp), dtype=np.bool_), lack.clip(0))
+        places = positions[np.searchsorted(sharp.indptr, row, side="right") - 1]
+        return places, *direct_aim(places, self.samples.xyz[sharp.sample[row]], self.camera)
+
+    def problem(self, pool: Pool, *, wanted: int | None = None) -> PairCoverProblem:
+        """Poses x samples with rays, distances and cosines as reconstructability wants them.
+
+        Parameters
+        ----------
+        pool
+            The poses.
+        wanted
+            How many samples must be satisfied; without it, the ``share`` of the settings.
+
+        """
+        problem = self._problem(pool, self.settings.share)
+        reachable = int(np.count_nonzero(problem.reachable))
+        if wanted is None or problem.wanted == wanted or not reachable:
+            return problem
+        return self._problem(pool, min(1.0, wanted / reachable))
+
+    def _problem(self, pool: Pool, share: float) -> PairCoverProblem:
+        from scipy.sparse import csr_array
+
+        shape, settings = (len(pool), len(self.samples)), self.settings
+        ones = np.ones(len(pool.sample), dtype=np.int8)
+        return PairCoverProblem(
+            csr_array((ones, pool.sample, pool.indptr), shape=shape),
+            pool.rays(self.samples),
+            1.0 - pool.distance / self.reference,
+            pool.cosine,
+            weights=chord_table(parallax_weight),
+            target=_SURE * settings.target,
+            share=share,
+            budget=settings.budget,
+            fine=self._is_sharp(pool),
+            fine_demand=settings.sharp_views,
+        )
+
+    def _is_sharp(self, pool: Pool) -> Bools:
+        """Which hits of a pool the rule allows, shape (n,)."""
+        facing = pool.cosine >= math.cos(self.rule.max_incidence)
+        near = pool.distance <= np.minimum(self.rule.d_max, self.rule.reach * pool.cosine)
+        return np.asarray(facing & near)
+
+    def search(
+        self,
+        problem: PairCoverProblem,
+        start: Ints,
+        *,
+        iterations: int,
+        seed: int,
+        bounded: bool = False,
+    ) -> Result[Ints]:
+        """Run the pair solver; the built-in ones begin with the start, and bound if told to."""
+        name = self.settings.pair_solver
+        options = {"start": tuple(start.tolist()), "bound_steps": _BOUND_STEPS if bounded else 0}
+        solver = load("pairs", name, **(options if name in {"greedy", "lns"} else {}))
+        return solve(problem, solver, seed=seed, stop=Stop(iterations=iterations))
