@@ -52,8 +52,8 @@ class Crowd:
         self._table = chord_table(parallax_weight)
         self.positions = np.array(positions)
         self.yaw_deg, self.pitch_deg = np.array(yaw_deg), np.array(pitch_deg)
-        self.seen = self._photograph(np.arange(len(yaw_deg)))
         size = len(eye.samples)
+        self._shown = list(self._photograph(np.arange(len(yaw_deg))))
         self._value, self._sharp = np.zeros(size), np.zeros(size, dtype=np.int64)
         self._stale = np.ones(size, dtype=np.bool_)  # whose value and sharp are of yesterday
 
@@ -84,11 +84,24 @@ class Crowd:
                 moved += len(moves.views)
         return moved
 
-    def _photograph(self, rows: Ints) -> Seen:
-        """What the pictures of some photos hold."""
+    @property
+    def seen(self) -> Seen:
+        """What the pictures hold, photo by photo."""
+        parts = self._shown
+        return Seen(
+            np.repeat(np.arange(len(parts)), [len(part.sample) for part in parts]),
+            np.concatenate([part.sample for part in parts]),
+            np.concatenate([part.sight for part in parts]),
+        )
+
+    def _photograph(self, rows: Ints) -> Iterator[Seen]:
+        """What the picture of each of some photos holds."""
         seen = self._eye.see(self.positions[rows])
         turn, tilt = self.yaw_deg[rows][seen.owner], self.pitch_deg[rows][seen.owner]
-        return seen.rows(in_frustum(-seen.sight[:, :3], turn, tilt, self._camera))
+        seen = seen.rows(in_frustum(-seen.sight[:, :3], turn, tilt, self._camera))
+        ends = np.searchsorted(seen.owner, np.arange(len(rows) + 1))
+        for row in range(len(rows)):
+            yield seen.rows(slice(ends[row], ends[row + 1]))
 
     def _album(self) -> Album:
         """What all photos see now; value and sharp photos of each sample are brought up to it."""
@@ -109,9 +122,13 @@ class Crowd:
         limits = wish.limits(self._eye.reference)
         for first in range(0, len(batch), _TOGETHER):
             views = batch[first : first + _TOGETHER]
-            given = [own_share(view, *known, limits) for view in views]
-            base = np.maximum(self._value - np.array([value for value, _ in given]), 0.0)
-            base_sharp = self._sharp - np.array([sharp for _, sharp in given])
+            base = np.tile(self._value, (len(views), 1))
+            base_sharp = np.tile(self._sharp, (len(views), 1))
+            for row, view in enumerate(views):
+                own = self._shown[view].sample
+                value, sharp = own_share(view, own, *known, limits)
+                base[row, own] = np.maximum(base[row, own] - value, 0.0)
+                base_sharp[row, own] -= sharp
             worth = wish.worth(self._value, self._sharp) - wish.worth(base, base_sharp)
             yield BatchJob(
                 *(self._eye, self._space, self._camera, album, views),
@@ -134,16 +151,9 @@ class Crowd:
         yaw, pitch = aim_directions(self._directions, self._camera)
         self.positions[rows] = moves.places
         self.yaw_deg[rows], self.pitch_deg[rows] = yaw[moves.aims], pitch[moves.aims]
-        fresh = self._photograph(rows)
-        gone = np.isin(self.seen.owner, rows)
-        self._stale[self.seen.sample[gone]] = True
-        self._stale[fresh.sample] = True
-        old = self.seen.rows(~gone)
-        self.seen = Seen(
-            np.concatenate([old.owner, rows[fresh.owner]]),
-            np.concatenate([old.sample, fresh.sample]),
-            np.concatenate([old.sight, fresh.sight]),
-        )
+        for row, fresh in zip(rows, self._photograph(rows), strict=True):
+            self._stale[self._shown[row].sample] = self._stale[fresh.sample] = True
+            self._shown[row] = fresh
 
 
 def far_apart(places: Floats, distance: float) -> Iterator[Ints]:

@@ -31,7 +31,7 @@ class Seen:
     sample: NDArray[np.int32]
     sight: Floats
 
-    def rows(self, keep: Bools | Ints) -> "Seen":
+    def rows(self, keep: Bools | Ints | slice) -> "Seen":
         """Some of the rows."""
         return Seen(self.owner[keep], self.sample[keep], self.sight[keep])
 

@@ -75,18 +75,27 @@ def tally(  # noqa: PLR0917 - compiled
 
 @compiled
 def own_share(  # noqa: PLR0917 - compiled
-    view: int, starts: Array, owner: Array, sight: Array, table: Array, limits: Array
+    view: int,
+    samples: Array,
+    starts: Array,
+    owner: Array,
+    sight: Array,
+    table: Array,
+    limits: Array,
 ) -> tuple[Array, Array]:
-    """What one view gives to each sample: reconstructability, and sharp views; both (S,)."""
-    total = np.zeros(len(starts) - 1)
-    sharp = np.zeros(len(starts) - 1, dtype=np.int64)
-    for s in range(len(total)):
-        for i in range(starts[s], starts[s + 1]):
+    """What one view gives to each of its samples, which are distinct: both (n,).
+
+    These are the reconstructability that it adds, and whether it is sharp there, as 0 or 1.
+    """
+    total, sharp = np.zeros(len(samples)), np.zeros(len(samples), dtype=np.int64)
+    for n in range(len(samples)):
+        first, last = starts[samples[n]], starts[samples[n] + 1]
+        for i in range(first, last):
             if owner[i] == view:
-                sharp[s] += is_sharp(sight[i], limits)
-                for j in range(starts[s], starts[s + 1]):
+                sharp[n] = is_sharp(sight[i], limits)
+                for j in range(first, last):
                     if j != i:
-                        total[s] += _pair(sight[i], sight[j], table)
+                        total[n] += _pair(sight[i], sight[j], table)
     return total, sharp
 
 

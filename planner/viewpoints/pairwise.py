@@ -26,11 +26,11 @@ from solvers.pairs import PairCoverProblem
 _FEWEST = 200  # positions to choose from, where there are so many
 _CLIMB = 0.2  # of the reference distance: the first step of a photo that is moved, at first
 _EVALUATIONS = 16  # places that a photo tries when it is moved
-_SPARE = 1.1  # of the target: what photos are moved for
+_SPARE = 1.5  # of the target: what photos are moved for
 _SHARP = 0.25  # of the target: what a wanted sharp photo is worth to them
 _STEP = 0.6  # voxels between a photo and the poses beside it at most, at first
 _TURN = math.radians(12.0)  # that these are turned at most, at first
-_SHRINK = 0.85  # of all three from one round to the next
+_SHRINK = 0.3  # of all three from the first round to behind the last one
 _KEY = 4  # of the chance in this stage
 _NONE = np.empty(0, dtype=np.int64)
 
@@ -68,9 +68,9 @@ class Effort:
 
 
 EFFORTS = {
-    "quick": Effort(100.0, 30.0, 2, 1, 20.0, 30.0, 2),
-    "standard": Effort(150.0, 60.0, 5, 2, 40.0, 60.0, 4),
-    "best": Effort(225.0, 100.0, 20, 2, 40.0, 60.0, 4),
+    "quick": Effort(100.0, 4.0, 2, 1, 20.0, 20.0, 2),
+    "standard": Effort(150.0, 10.0, 7, 1, 40.0, 40.0, 4),
+    "best": Effort(225.0, 20.0, 25, 2, 40.0, 50.0, 4),
 }
 """What each effort may take; see docs for the times measured."""
 
@@ -177,7 +177,7 @@ class _Rounds:
 
     def improved(self, kept: Pool, number: int, *, iterations: int) -> Pool:
         """Photos after one more round, the ``number``-th from 0."""
-        subject, scale = self.subject, _SHRINK**number
+        subject, scale = self.subject, _SHRINK ** (number / self.effort.rounds)
         kept = self._moved(kept, step=_CLIMB * scale * subject.reference)
         beside = poses_beside(
             *(kept, self.room, subject.camera),

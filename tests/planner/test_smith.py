@@ -110,7 +110,11 @@ def test_the_share_of_a_view_is_what_is_lost_without_it(views):
             reconstructability(some, SAMPLES, CASTER, CAMERA, reference=REFERENCE)
             for some in (views, left)
         ]
-        share = own_share(view, got.starts, got.owner, got.sight, TABLE, LIMITS)[0]
+        own = np.repeat(np.arange(len(SAMPLES)), np.diff(got.starts))[got.owner == view]
+        known = (got.starts, got.owner, got.sight, TABLE, LIMITS)
+        share, sharp = np.zeros(len(SAMPLES)), np.ones(len(own))
+        share[own], got_sharp = own_share(view, own, *known)
+        np.testing.assert_array_equal(got_sharp, sharp)
         np.testing.assert_allclose(share, exact[0] - exact[1], atol=2e-4)
 
 
