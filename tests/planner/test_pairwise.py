@@ -14,6 +14,7 @@ from planner.scene.cloud import Mesh
 from planner.surface.samples import ScoredSamples
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.candidates import generate_candidates
+from planner.viewpoints.free_balls import FreeBalls
 from planner.viewpoints.pairs import visible_pairs
 from planner.viewpoints.pool import Pool
 from planner.viewpoints.rays import RayCaster
@@ -21,7 +22,6 @@ from planner.viewpoints.reconstructability import reconstructability
 from planner.viewpoints.refine import poses_beside
 from planner.viewpoints.select import reassess, select_viewpoints
 from planner.viewpoints.sight import SightRule
-from planner.viewpoints.free_balls import FreeBalls
 from planner.viewpoints.thinning import thin_lattice
 
 CAMERA = Camera(width_px=600, height_px=400, focal_px=400.0)
