@@ -80,14 +80,11 @@ def hull_drawing(airspace: Airspace, paths: Sequence[FlightPath], lost: Floats) 
 
 
 def _heights(airspace: Airspace) -> list[float]:
-    """Heights from where most of the ground's own hull ends to over the highest solid."""
-    low, high = airspace.bounds
-    solids = airspace.mesh.vertices[np.unique(airspace.mesh.triangles[: airspace.parts[0]])]
-    within = ((solids >= low) & (solids <= high)).all(axis=1)
-    tops = np.concatenate([solids[within, 2], airspace.obstacles[:, 2], airspace.ground.heights[0]])
+    """Heights from where most of the ground's own hull ends to over the highest raw point."""
+    high = float(airspace.high[2])
+    tops = airspace.obstacles[:, 2] if len(airspace.obstacles) else airspace.ground.heights
     first = float(np.percentile(airspace.ground.heights, 75.0)) + 1.1 * airspace.d_min
-    last = float(np.percentile(tops, 99.9)) + 0.5 * airspace.d_min
-    last = min(max(last, first), float(high[2]))
+    last = min(float(np.percentile(tops, 99.9)) + 0.5 * airspace.d_min, high)
     return np.linspace(first, last, _LEVELS).tolist() if last > first else [first]
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.flight.certificate import certify
+from planner.flight.certificate import DEPTH, certify
 from planner.geometry import bezier
 
 
@@ -96,6 +96,18 @@ def test_a_needle_thin_solid_between_the_samples_is_found(solids):
         assert not certify(piece, mast).safe[0]
     clear = bezier.straight(np.array([[-37.0, 0.06, 9]]), np.array([[41.0, 0.06, 9]]))
     assert certify(clear, mast).safe[0]
+
+
+def test_a_solid_that_no_sampled_point_meets_is_refused_all_the_same(solids):
+    """A wire's end midway between the last two points that are looked at, in the way of a line."""
+    space = solids(balls=[(0.0, 0.0, 0.0, 1e-6)], d_min=0.05)
+    part = 0.16
+    first, last = -part * (2**DEPTH + 0.5), part * (2**DEPTH - 0.5)  # ends of parts at +-0.08
+    for beside, safe in ((0.049, False), (5.0, True)):
+        ends = np.array([[first, beside, 0.0], [last, beside, 0.0]])
+        points = np.linspace(*ends, 2 ** (DEPTH + 1) + 1)
+        assert space.clearance(points).min() > 0.09
+        assert certify(bezier.straight(*ends[:, None]), space).safe[0] == safe
 
 
 def test_the_inside_of_a_solid_is_never_safe_however_far_its_surface(solids):
