@@ -32,6 +32,9 @@ def best_aims(  # noqa: PLR0917 - compiled
     """
     aims, most = len(axes), chosen.shape[1]
     west, east, south, north = bounds[0], bounds[1], bounds[2], bounds[3]
+    rx, ry, rz = axes[:, 0, 0].copy(), axes[:, 0, 1].copy(), axes[:, 0, 2].copy()
+    ux, uy, uz = axes[:, 1, 0].copy(), axes[:, 1, 1].copy(), axes[:, 1, 2].copy()
+    fx, fy, fz = axes[:, 2, 0].copy(), axes[:, 2, 1].copy(), axes[:, 2, 2].copy()
     gain = np.empty(aims, dtype=np.int64)
     one = np.uint64(1)
     for v in range(len(positions)):
@@ -43,19 +46,16 @@ def best_aims(  # noqa: PLR0917 - compiled
             y = samples[s, 1] - positions[v, 1]
             z = samples[s, 2] - positions[v, 2]
             mask = np.uint64(0)
-            for a in range(aims):
-                depth = axes[a, 2, 0] * x + axes[a, 2, 1] * y + axes[a, 2, 2] * z
-                if depth <= 0.0:
-                    continue
-                right = axes[a, 0, 0] * x + axes[a, 0, 1] * y + axes[a, 0, 2] * z
-                if right < west * depth or right > east * depth:
-                    continue
-                up = axes[a, 1, 0] * x + axes[a, 1, 1] * y + axes[a, 1, 2] * z
-                if up < south * depth or up > north * depth:
-                    continue
-                mask |= one << np.uint64(a)
-                gain[a] += weights[s]
+            for a in range(aims):  # without branches, several aims at once
+                depth = fx[a] * x + fy[a] * y + fz[a] * z
+                right = rx[a] * x + ry[a] * y + rz[a] * z
+                up = ux[a] * x + uy[a] * y + uz[a] * z
+                across = (right >= west * depth) & (right <= east * depth)
+                along = (up >= south * depth) & (up <= north * depth)
+                held = one if (depth > 0.0) & across & along else np.uint64(0)
+                mask |= held << np.uint64(a)
             masks[at] = mask
+            _weigh(gain, mask, weights[s])
         for turn in range(most):
             chosen[v, turn], sizes[v, turn] = -1, 0
         seen = np.uint64(0)
@@ -74,13 +74,18 @@ def best_aims(  # noqa: PLR0917 - compiled
                 if mask & seen:
                     continue
                 fresh += 1
-                for a in range(aims):
-                    if mask & (one << np.uint64(a)):
-                        gain[a] -= weights[sample[at]]
+                _weigh(gain, mask, -weights[sample[at]])
             if fresh == 0:
                 break
             chosen[v, turn], sizes[v, turn] = best, size
             seen |= bit
+
+
+@compiled
+def _weigh(gain: Array, mask: np.uint64, weight: int) -> None:
+    """Add a weight to the gains of the aims in a mask."""
+    for a in range(len(gain)):
+        gain[a] += weight if (mask >> np.uint64(a)) & np.uint64(1) else 0
 
 
 @compiled

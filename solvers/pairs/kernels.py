@@ -112,17 +112,18 @@ def values(
     most = starts.max()
     for e in range(size):
         starts[e + 1] += starts[e]
-    end, hits = starts[:-1].copy(), np.empty(starts[size], dtype=np.int64)
+    end, crews = starts[:-1].copy(), np.empty((starts[size], 5), dtype=np.float32)
     for c in chosen:
         for hit in range(indptr[c], indptr[c + 1]):
-            hits[end[element[hit]]] = hit
+            hole = crews[end[element[hit]]]
+            hole[0], hole[1], hole[2] = rays[hit, 0], rays[hit, 1], rays[hit, 2]
+            hole[3], hole[4] = nearness[hit], facing[hit]
             end[element[hit]] += 1
     total, row, crew = np.zeros(size), np.empty(most), np.empty((5, most), dtype=np.float32)
     for e in range(size):
         for n in range(starts[e + 1] - starts[e]):
-            hit = hits[starts[e] + n]
-            crew[0, n], crew[1, n], crew[2, n] = rays[hit, 0], rays[hit, 1], rays[hit, 2]
-            crew[3, n], crew[4, n] = nearness[hit], facing[hit]
+            for column in range(5):
+                crew[column, n] = crews[starts[e] + n, column]
             pair_values(crew, n, crew, 0, n, weights, row)
             total[e] += row[:n].sum()
     return total

@@ -95,9 +95,24 @@ def _risk(s: State, e: int) -> int:
 
 @compiled
 def start(s: State) -> None:
-    """Gains of the choice as it is."""
-    for c in range(len(s.taken)):
-        s.gain[c] = -np.inf if s.taken[c] else gain_of(s, c)
+    """Gains of the choice as it is, element by element, as they lie side by side in memory."""
+    owner, partial, fine, sight, gain = s.owner, s.partial, s.fine, s.sight, s.gain
+    limits = s.limits
+    rule = (limits[0], limits[1], limits[2])
+    gain[:] = 0.0
+    for e in range(len(s.value)):
+        value, now, want, hits = s.value[e], s.fine_hits[e], s.fine_demand[e], s.hits[e]
+        if not s.live[e] or (value >= limits[0] and now >= want and hits >= 2):
+            continue
+        base, single = worth(value, now, want, *rule), limits[3 + hits] if hits < 2 else 0.0
+        for k in range(s.starts[e], s.starts[e + 1]):
+            more = worth(value + partial[k], now + fine[k], want, *rule) - base
+            if hits < 2:
+                more += grain(single * max(sight[3, k], 0.0) * max(sight[4, k], 0.0))
+            gain[owner[k]] += more
+    for c in range(len(gain)):
+        if s.taken[c]:
+            gain[c] = -np.inf
 
 
 @compiled
@@ -106,6 +121,8 @@ def adopt(s: State, candidates: Array, limit: float) -> None:
 
     Works element by element, which is far quicker than candidate by candidate.
     """
+    if len(candidates) == 0:
+        return
     starts, owner, live, taken, totals = s.starts, s.owner, s.live, s.taken, s.totals
     values, hits, fine_hits, late, row = s.value, s.hits, s.fine_hits, s.late, s.row
     crew, sums = (s.crew, s.crew_sight, s.crew_sum, s.seat), (s.partial, s.sight, s.weights, row)
