@@ -147,7 +147,8 @@ class AirspaceSettings(_Settings):
     ``fill_under_roofs``: what lies under a surface that faces up counts as solid down to the next
     underside or the terrain, since walls are often missing in a first flight's data.
     ``unknown = "closed"``: space that no straight line within ``seen_within_deg`` of the vertical
-    led through from the open sky down to a raw point is solid too.
+    led through from the open sky down to a raw point is solid too (``None``: as far as most photos
+    of the first flight saw, or 60 degrees where their poses are not known).
     ``hull`` writes the no-fly hull, where the clearance is d_min, as a mesh of that format.
     ``most_cells`` bounds the memory of the grid that tells inside from outside, one byte a cell.
     """
@@ -158,7 +159,7 @@ class AirspaceSettings(_Settings):
     beyond: float | None = Field(default=None, gt=0.0)
     fill_under_roofs: bool = True
     unknown: Literal["open", "closed"] = "open"
-    seen_within_deg: float = Field(default=60.0, gt=0.0, lt=90.0)
+    seen_within_deg: float | None = Field(default=None, gt=0.0, lt=90.0)
     hull: Literal["none", "ply", "stl", "obj", "glb"] = "none"
     most_cells: int = Field(default=200_000_000, ge=1_000, le=2_000_000_000)
 

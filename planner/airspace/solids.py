@@ -11,7 +11,17 @@ from planner.airspace.unknown import unknown_space
 from planner.config import AirspaceSettings
 from planner.geometry.arrays import Floats
 from planner.scene.cloud import Mesh
+from planner.scene.images import Images
 from planner.scene.scene import Scene
+
+UNTOLD_DEG = 60.0
+"""How far from straight down a first flight is thought to have looked, if nothing tells."""
+
+HALF_DIAGONAL_DEG = 42.0
+"""Half the diagonal field of view of a photo whose optics are not known."""
+
+WIDEST_DEG = 75.0
+"""Lines nearer to the horizon than this are not believed in, whatever photos say."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,11 +101,27 @@ def collect_solids(
             ground=sheet,
             bounds=bounds,
             d_min=d_min,
-            seen_within_deg=settings.seen_within_deg,
+            seen_within_deg=looked_within(scene.images)
+            if settings.seen_within_deg is None
+            else settings.seen_within_deg,
         )
         surface = joined((surface, closed))
         grid, curtains = flooded(surface)
     return Solids(surface, curtains, points, grid)
+
+
+def looked_within(images: Images | None) -> float:
+    """How far from straight down a first flight looked, degrees in [1, :data:`WIDEST_DEG`].
+
+    To the corner of the picture of half of its photos; of photos whose optics are not known, that
+    is taken to be :data:`HALF_DIAGONAL_DEG`. Without photos, :data:`UNTOLD_DEG`.
+    """
+    if images is None or not len(images):
+        return UNTOLD_DEG
+    width, height, focal = images.optics.T
+    half = np.degrees(np.arctan2(0.5 * np.hypot(width, height), focal))
+    corner = 90.0 + images.pitch_deg + np.where(np.isfinite(half), half, HALF_DIAGONAL_DEG)
+    return float(np.clip(np.median(corner), 1.0, WIDEST_DEG))
 
 
 def joined(parts: Sequence[Mesh]) -> Mesh:

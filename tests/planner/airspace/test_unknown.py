@@ -1,6 +1,7 @@
 """Space that was never seen: funnels over scanned ground, hollows, and every query alike."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,8 +9,10 @@ import pytest
 from planner.airspace.airspace import Airspace, build_airspace
 from planner.airspace.candidates import candidate_positions
 from planner.airspace.field import DistanceField
+from planner.airspace.solids import looked_within
 from planner.airspace.unknown import _faces
 from planner.config import AirspaceSettings
+from planner.scene.images import Images
 from planner.scene.synthetic import scene_of, synthetic_block
 
 D_MIN = 2.0
@@ -88,10 +91,7 @@ def test_a_low_wide_table_hides_what_is_under_its_middle_only(make):
 
 def test_a_stray_point_blocks_sight_and_proves_nothing(make):
     scene = make.scene(np.zeros((0, 3)), half=30.0)
-    scene = type(scene)(
-        **{name: getattr(scene, name) for name in scene.__dataclass_fields__ if name != "strays"},
-        strays=lattice((-8, -8), (8, 8), 0.5),
-    )
+    scene = replace(scene, strays=lattice((-8, -8), (8, 8), 0.5))
     space = build_airspace(scene, nothing(make), d_min=D_MIN, d_max=12.0, settings=CLOSED)
     assert space.clearance(np.array([[0.0, 0.0, 8.0]]))[0] < 0.0
 
@@ -197,6 +197,31 @@ def test_cells_wider_than_a_surface_is_thick_close_the_surface_too(make, monkeyp
     spots = np.random.default_rng(0).uniform((-20, -20, 0), (20, 20, 30), (2000, 3))
     assert space.is_free(spots).any()
     assert (space.clearance(spots) <= spots[:, 2] + 1e-6).all()
+
+
+def photos(pitch_deg, optics):
+    count = len(pitch_deg)
+    names = tuple(map(str, range(count)))
+    return Images(
+        np.zeros((count, 3)), np.zeros(count), np.array(pitch_deg, float), names, np.array(optics)
+    )
+
+
+def test_photos_tell_how_far_the_first_flight_looked(make):
+    nadir = [[2.0 * np.sqrt(2.0), 2.0 * np.sqrt(2.0), 2.0]] * 3  # 45 degrees to the corner
+    assert looked_within(None) == looked_within(photos([], np.zeros((0, 3)))) == 60.0
+    assert looked_within(photos([-90, -90, 0], nadir)) == pytest.approx(45.0)
+    assert looked_within(photos([-80, -80, -80], nadir)) == pytest.approx(55.0)
+    assert looked_within(photos([-30, -30, -30], nadir)) == 75.0
+    assert looked_within(photos([-90], [[np.nan] * 3])) == 42.0
+    ground = lattice((-8, -8), (8, 8), 0.5)
+    scene = make.scene(ground, half=30.0)
+    high = np.array([[26.0, 0.0, 22.0]])  # 18 m beside the scanned ground: 39 degrees
+    for known, seen in ((photos([-90], [[0.6, 0.8, 1.0]]), False), (None, True)):
+        place = replace(scene, images=known)
+        settings = CLOSED.model_copy(update={"seen_within_deg": None})
+        space = build_airspace(place, nothing(make), d_min=D_MIN, d_max=12.0, settings=settings)
+        assert space.is_free(high)[0] == seen
 
 
 def test_faces_close_each_set_of_cells_outward():
