@@ -205,9 +205,11 @@ def test_the_terrain_sheet_is_nowhere_below_the_ground_and_all_under_it_is_solid
     assert (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 0).all()
 
 
-def test_nothing_under_rough_terrain_is_outside(make):
+@pytest.mark.parametrize("roofs", [True, False])
+def test_nothing_under_rough_terrain_is_outside(make, roofs):
     heights = np.random.default_rng(5).uniform(0, 8, (20, 20))
-    airspace = built(make, make.boxes([]), heights=heights, d_min=2.0)
+    under_roofs = AirspaceSettings(fill_under_roofs=roofs)
+    airspace = built(make, make.boxes([]), heights=heights, d_min=2.0, settings=under_roofs)
     points = np.random.default_rng(6).uniform((-28, -28, -5), (28, 28, 9), (500, 3))
     under = points[:, 2] <= airspace.ground.height(points)
     assert under.sum() > 100
