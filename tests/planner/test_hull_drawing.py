@@ -8,8 +8,10 @@ import pytest
 from planner import check_folder, load_config, plan, synthetic_scene
 from planner.report.hull_lines import hull_drawing
 
+pytestmark = pytest.mark.slow
+
 SETTINGS = [
-    "scale.radius_share=0.06",
+    "scale.radius_share=0.08",
     "seed=4",
     "viewpoints.objective=hits",
     "airspace.hull=stl",
@@ -21,7 +23,7 @@ SETTINGS = [
 
 @pytest.fixture(scope="module")
 def planned():
-    scene = synthetic_scene(3, size=(45.0, 40.0), buildings=3, spacing=0.8)
+    scene = synthetic_scene(3, size=(42.0, 40.0), buildings=2, spacing=1.0)
     return plan(scene, load_config(None, SETTINGS))
 
 

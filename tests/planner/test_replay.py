@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from planner import load_config, plan, synthetic_scene
 from planner.geometry.frames import Frame
@@ -28,12 +29,13 @@ def geojson(folder, corners, **properties):
     return path
 
 
+@pytest.mark.slow
 def test_zones_of_a_file_are_replayed_from_the_written_settings_alone(tmp_path):
-    block = synthetic_scene(3, size=(45.0, 40.0), buildings=3, spacing=0.8)
+    block = synthetic_scene(3, size=(42.0, 40.0), buildings=2, spacing=1.0)
     scene = replace(block, frame=Frame(ORIGIN, "EPSG:25832"))
     zones = geojson(tmp_path, [(-4, -30), (3, -30), (3, 31), (-4, 31)], name="railway", top=13.7)
     settings = [
-        "scale.radius_share=0.06",
+        "scale.radius_share=0.08",
         "viewpoints.objective=hits",
         f"airspace.zone_files=['{zones}']",
         "airspace.unknown=closed",

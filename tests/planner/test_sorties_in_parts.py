@@ -14,7 +14,7 @@ from planner.sorties.station import find_stations
 
 WALL = "airspace.zones=[{polygon=[[-3,-300],[3,-300],[3,300],[-3,300]],name='railway'}]"
 SETTINGS = [
-    "scale.radius_share=0.05",
+    "scale.radius_share=0.08",
     "seed=4",
     "viewpoints.objective=hits",
     "viewpoints.connected=false",
@@ -26,7 +26,7 @@ WEST, EAST = "[-28.0,-24.0]", "[30.0,20.0]"
 
 @pytest.fixture(scope="module")
 def scene():
-    return synthetic_scene(3, size=(45.0, 40.0), buildings=3, spacing=0.8)
+    return synthetic_scene(3, size=(42.0, 40.0), buildings=2, spacing=1.0)
 
 
 def planned_from(scene, *stations):

@@ -6,12 +6,12 @@ import pytest
 from planner import PlannerError, check_folder, load_config, plan, synthetic_scene
 from planner.airspace.airspace import Airspace
 
-SETTINGS = ["scale.radius_share=0.05", "seed=4"]
+SETTINGS = ["scale.radius_share=0.08", "seed=4"]
 
 
 @pytest.mark.slow
 def test_nothing_is_flown_where_the_first_flight_did_not_look(tmp_path):
-    scene = synthetic_scene(3, size=(45.0, 40.0), buildings=3, spacing=0.8)
+    scene = synthetic_scene(3, size=(42.0, 40.0), buildings=2, spacing=1.0)
     closing = [*SETTINGS, 'airspace.unknown="closed"', "airspace.seen_within_deg=35"]
     opened, closed = (plan(scene, load_config(None, given)) for given in (SETTINGS, closing))
     d_min, rows = closed.scale.d_min, closed.rows[:, 1:4]
@@ -28,7 +28,7 @@ def test_nothing_is_flown_where_the_first_flight_did_not_look(tmp_path):
 
 
 def test_a_take_off_point_in_the_unknown_is_refused_with_what_to_do():
-    scene = synthetic_scene(3, size=(45.0, 40.0), buildings=3, spacing=0.8)
+    scene = synthetic_scene(3, size=(42.0, 40.0), buildings=2, spacing=1.0)
     given = [*SETTINGS, "airspace.unknown=closed", "sorties.stations=[[-30.0,-25.0]]"]
     with pytest.raises(PlannerError, match="where the scan has points, or set") as caught:
         plan(scene, load_config(None, given))
