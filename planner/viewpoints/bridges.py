@@ -147,15 +147,15 @@ def _helpful(both: ViewGraph, graph: ViewGraph) -> Ints:
 
 def _best(linked: Bools, there: Bools, part: Ints, lacking: Bools) -> int:
     """Row of the pool that joins most components, then helps most that lack links, or -1."""
-    best, most = -1, (0, 0, 0)
-    for row in np.flatnonzero(~there):  # some hundred poses
-        friends = linked[row] & there
-        joins = max(0, len(np.unique(part[friends])) - 1)
-        helped = int(np.count_nonzero(friends & lacking))
-        worth = (joins, helped, int(np.count_nonzero(friends)))
-        if joins + helped > 0 and worth > most:
-            best, most = int(row), worth
-    return best
+    rows = np.flatnonzero(~there)
+    friends = linked[np.ix_(rows, there)]
+    names, group = np.unique(part[there], return_inverse=True)
+    member = (group.reshape(-1, 1) == np.arange(len(names))).astype(np.float32)
+    joins = np.count_nonzero(friends.astype(np.float32) @ member, axis=1).clip(1) - 1
+    helped = np.count_nonzero(friends[:, lacking[there]], axis=1)
+    first = np.lexsort((rows, -np.count_nonzero(friends, axis=1), -helped, -joins))[:1]
+    useful = first[joins[first] + helped[first] > 0]
+    return int(rows[useful[0]]) if len(useful) else -1
 
 
 def _add(row: int, linked: Bools, there: Bools, part: Ints, degree: Ints) -> None:

@@ -6,7 +6,7 @@ from solvers.arrays import Floats
 from solvers.pairs.problem import PairCoverProblem
 
 _SMALL = 3_000  # hits of a problem whose rows are solved as an integer programme
-_NODES = 2_000  # of its search tree, looked at
+_NODES = 50  # of its search tree, looked at
 _TOLERANCE = 2e-6  # of the dearest price, by which the programme's bound may be off
 _REACH = 0.5  # by which a step aims above the best bound so far, at first
 _SHRINK = 0.8  # of that after steps that led nowhere

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from planner.scene.cloud import Mesh
 from planner.surface.samples import SurfaceSamples
-from planner.viewpoints.bridges import connect
+from planner.viewpoints.bridges import _best, connect
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.graph import LinkRule, link
 from planner.viewpoints.rays import RayCaster
@@ -68,3 +70,21 @@ def test_a_stricter_rule_asks_for_more_photos():
     assert graph_of(got, shared_share=0.7).firm
     usual = connect(views, PLACES, FIELD, CASTER, CAMERA, reference=60.0)
     assert len(got) > len(usual)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(deadline=None, max_examples=40)
+def test_the_best_photo_joins_most_pieces_then_helps_most_photos(seed):
+    rng = np.random.default_rng(seed)
+    linked = rng.random((24, 24)) < rng.choice([0.02, 0.1, 0.3])
+    linked |= linked.T
+    there, part = rng.random(24) < 0.6, rng.integers(0, 4, 24)
+    lacking = there & (rng.random(24) < 0.5)
+    best, most = -1, (0, 0, 0)
+    for row in np.flatnonzero(~there):
+        friends = linked[row] & there
+        joins = max(0, len(set(part[friends])) - 1)
+        worth = (joins, int((friends & lacking).sum()), int(friends.sum()))
+        if worth[0] + worth[1] > 0 and worth > most:
+            best, most = row, worth
+    assert _best(linked, there, part, lacking) == best
