@@ -9,6 +9,8 @@ from planner.airspace.airspace import build_airspace
 from planner.airspace.collision import Triangles
 from planner.airspace.obstacles import Points
 from planner.config import AirspaceSettings, ZoneSettings
+from planner.flight.certificate import certify
+from planner.geometry import bezier
 from planner.scene.cloud import Mesh
 
 seeds = st.integers(0, 2**31)
@@ -139,3 +141,13 @@ def test_edges_of_a_town_worked_out_by_hand(town, a, b, free):
     if (a, b) == ((13, 2, 5), (13, 18, 5)):
         assert airspace.capsule_clearance_at_least(np.array(a), np.array(b), 2.0)
     assert airspace.edge_is_free(np.array(a, float), np.array(b, float)) == free
+
+
+def test_a_curve_deep_inside_of_a_hollow_shell_is_refused_though_sweeps_are_clear(make):
+    shell = make.boxes([((-12, -12, 0), (12, 12, 24))])
+    airspace = build_airspace(make.scene(), shell, d_min=2.0, d_max=12.0)
+    inside = bezier.straight(np.array([[-4.0, 0, 12]]), np.array([[4.0, 0, 12]]))
+    assert airspace.capsule_clearance_at_least(inside[0, 0], inside[0, 3], 2.0)  # hollow to FCL
+    assert not certify(inside, airspace).safe[0]
+    above = inside + [0, 0, 15.0]
+    assert certify(above, airspace).safe[0]
