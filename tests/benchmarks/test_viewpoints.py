@@ -17,7 +17,7 @@ from planner.scene.benchmark import benchmark_block, benchmark_config
 from planner.viewpoints.select import select_viewpoints
 
 EFFORTS = os.environ.get("SCANWRIGHT_EFFORTS", "quick").split(",")
-MOST = {"quick": 250, "standard": 220, "best": 210}
+MOST = {"quick": 240, "standard": 220, "best": 205}
 LITERATURE = {"target": 3.0, "share": 0.978, "sharp_views": 0, "connected": False}
 
 
