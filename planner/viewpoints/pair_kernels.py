@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from planner.geometry.compiled import compiled
@@ -38,14 +39,21 @@ def facing_pairs(  # noqa: PLR0917 - compiled
     around = max(1, sectors - 1)
     turn = around / (2.0 * math.pi)
     count = 0
+    xs, ys, zs = samples[rows, 0], samples[rows, 1], samples[rows, 2]
+    ranges, near = np.empty(len(rows)), np.empty(len(rows), dtype=np.int64)
     for v in range(len(positions)):
         starts[v] = count
         px, py, pz = positions[v, 0], positions[v, 1], positions[v, 2]
-        for s in rows:
-            dx, dy, dz = px - samples[s, 0], py - samples[s, 1], pz - samples[s, 2]
-            squared = dx * dx + dy * dy + dz * dz
-            if squared > far2 or squared < near2:
-                continue
+        for k in range(len(rows)):  # without branches, several samples at once
+            dx, dy, dz = px - xs[k], py - ys[k], pz - zs[k]
+            ranges[k] = dx * dx + dy * dy + dz * dz
+        size = 0
+        for k in range(len(rows)):  # without branches too: few are near, which few is chance
+            near[size] = k
+            size += 1 if near2 <= ranges[k] <= far2 else 0
+        for k in near[:size]:
+            s, squared = rows[k], ranges[k]
+            dx, dy, dz = px - xs[k], py - ys[k], pz - zs[k]
             along = dx * normals[s, 0] + dy * normals[s, 1] + dz * normals[s, 2]
             if along <= 0.0:
                 continue
