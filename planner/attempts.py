@@ -27,8 +27,8 @@ from planner.scene.scene import Scene
 from planner.sorties.parts import Part, parts_left, parts_to_fly
 from planner.sorties.station import Station
 from planner.surface.quality import score_quality
-from planner.surface.reconstruct import reconstruct_surface
-from planner.surface.samples import ScoredSamples, Surface
+from planner.surface.reconstruct import other_samples, reconstruct_surface
+from planner.surface.samples import ScoredSamples, Surface, SurfaceSamples
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.select import select_viewpoints
 from planner.viewpoints.selection import Selection, reassess
@@ -36,6 +36,9 @@ from planner.viewpoints.viewpoints import Viewpoints
 
 SAME_PLACE = 1e-3
 """Positions nearer to each other than this, metres, are one: they differ by rounding."""
+
+_GUARDS = 5  # of the chance in this stage
+_DRAWS = 2  # samples that guard the photos, for each that they are planned by
 
 Mapper = Callable[..., Any]
 """``map`` and what looks like it."""
@@ -59,6 +62,7 @@ class Prior:
     airspace: Airspace
     positions: Floats
     voxel: float
+    guards: SurfaceSamples
 
     @property
     def reference(self) -> float:
@@ -102,6 +106,12 @@ def study(source: Scene | str | Path, config: Config, clock: Clock) -> Prior:
             seed=config.seed,
         )
         clock.tell(f"{len(surface.samples):,} samples on {len(surface.mesh):,} triangles")
+        draw = np.random.SeedSequence(config.seed, spawn_key=(_GUARDS,))
+        guards = other_samples(
+            *(surface, scene.ground),
+            settings=config.surface,
+            seeds=draw.generate_state(_DRAWS).tolist(),
+        )
     with clock.stage("quality"):
         samples = score_quality(
             surface.samples, scene.cloud, thinned=surface.thinned, settings=config.quality
@@ -115,7 +125,7 @@ def study(source: Scene | str | Path, config: Config, clock: Clock) -> Prior:
         )
         clock.tell(f"{len(grid.positions):,} free positions, {grid.voxel:.3g} m apart")
     known = (config, scene, camera, scale, surface, samples, airspace)
-    prior = Prior(*known, grid.positions, grid.voxel)
+    prior = Prior(*known, grid.positions, grid.voxel, guards)
     if not len(grid.positions):
         prior.need(0, f"no position is free and near enough: {lack_of_room(airspace)}")
     return prior
@@ -203,6 +213,7 @@ def attempt(
                 map=spread,
                 airspace=prior.airspace,
                 images=prior.scene.images,
+                guards=prior.guards,
             )
             clock.tell(f"{len(selection.viewpoints)} viewpoints")
         prior.need(len(selection.viewpoints), "no free position sees any of the surface")

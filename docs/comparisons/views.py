@@ -66,6 +66,7 @@ def choose(place: Prior, options: dict[str, Any]) -> Selection:
         voxel=place.voxel,
         seed=place.config.seed,
         airspace=place.airspace,
+        guards=place.guards,
     )
 
 

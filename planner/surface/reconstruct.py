@@ -1,5 +1,7 @@
 """From the prior to its surface and directed samples (paper 3.2.2)."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from planner.config import SurfaceSettings
@@ -81,6 +83,38 @@ def reconstruct_surface(
             "of what they show, or check the up axis"
         )
     return Surface(mesh, samples, thinned)
+
+
+def other_samples(
+    surface: Surface, ground: Ground, *, settings: SurfaceSettings = DEFAULTS, seeds: Iterable[int]
+) -> SurfaceSamples:
+    """Draw more samples of a surface, as dense as its own once for each seed.
+
+    Parameters
+    ----------
+    surface, ground
+        What :func:`reconstruct_surface` gave, and the ground of its scene.
+    settings
+        Of the surface.
+    seeds
+        Any integers from 0; other ones than that of the surface's own samples.
+
+    """
+    draws = [
+        _sample(
+            *(surface.mesh, surface.thinned, ground),
+            radius=surface.samples.radius,
+            settings=settings,
+            seed=seed,
+        )
+        for seed in seeds
+    ]
+    return SurfaceSamples(
+        np.concatenate([draw.xyz for draw in draws]),
+        np.concatenate([draw.normals for draw in draws]),
+        np.concatenate([draw.cluster for draw in draws]),
+        surface.samples.radius,
+    )
 
 
 def _poisson(

@@ -1,7 +1,7 @@
 """Choose photos by what pairs of them can triangulate: the socket for pair solvers."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,7 +21,6 @@ from planner.viewpoints.sight import SightRule
 from planner.viewpoints.subject import Subject
 from planner.viewpoints.viewpoints import Viewpoints
 from solvers import Result
-from solvers.pairs import PairCoverProblem
 
 _FEWEST = 200  # positions to choose from, where there are so many
 _CLIMB = 0.2  # of the reference distance: the first step of a photo that is moved, at first
@@ -31,6 +30,7 @@ _SHARP = 0.25  # of the target: what a wanted sharp photo is worth to them
 _STEP = 0.6  # voxels between a photo and the poses beside it at most, at first
 _TURN = math.radians(12.0)  # that these are turned at most, at first
 _SHRINK = 0.3  # of all three from the first round to behind the last one
+_CHECKS = 4  # times that guards are looked at, if there are as many rounds
 _KEY = 4  # of the chance in this stage
 _NONE = np.empty(0, dtype=np.int64)
 
@@ -107,6 +107,7 @@ def choose_by_pairs(
     voxel: float,
     seed: int,
     airspace: Airspace | None = None,
+    guards: SurfaceSamples | None = None,
 ) -> PairChoice:
     """Choose the fewest photos that make enough samples reconstructable.
 
@@ -127,6 +128,9 @@ def choose_by_pairs(
         Target and effort; spacing of the positions, metres; root of all chance.
     airspace
         Where flight is safe; without it, photos stay on the positions.
+    guards
+        Other samples of the same surface. Whenever photos miss more of them than the share allows,
+        those missed are planned for too, but for so many.
 
     """
     subject, effort = Subject(samples, caster, camera, rule, settings), EFFORTS[settings.effort]
@@ -136,21 +140,25 @@ def choose_by_pairs(
         subject.grid(positions, spacing=voxel, limit=max(_FEWEST, round(count)), sharp=sharp)
         for count in (effort.around * layer, effort.positions * layer)
     )
-    first, *between = _iterations(effort, layer, settings.iterations)
+    first, *between, last = _iterations(effort, layer, settings.iterations)
     problem = subject.problem(many)
     result = subject.search(problem, _NONE, iterations=first, seed=seed)
-    kept = many.take(_NONE if result.solution is None else result.solution)
-    if len(kept):
-        room = free_balls(positions, airspace)
-        rounds = _Rounds(subject, few, room, effort, problem, voxel=voxel, seed=seed)
-        for number, iterations in enumerate(between[:-1]):
-            kept = rounds.improved(kept, number, iterations=iterations)
-        pool = many.joined(kept)
-        problem, start = subject.problem(pool), len(many) + np.arange(len(kept))
-        result = subject.search(problem, start, iterations=between[-1], seed=seed, bounded=True)
-        kept = pool.take(start if result.solution is None else result.solution)
-    views = kept.viewpoints(np.arange(len(kept)), samples, kind="pair")
-    return PairChoice(views, problem.reachable, (result,))
+    if result.solution is None or not len(result.solution):
+        none = many.take(_NONE).viewpoints(_NONE, samples, kind="pair")
+        return PairChoice(none, problem.reachable, (result,))
+    hunt = _Hunt(
+        *(subject, few, many, many.take(result.solution)),
+        wanted=problem.wanted,
+        sharp=problem.fine_demand,
+        guards=guards if settings.budget is None else None,
+    )
+    spare = math.floor((1.0 - settings.share) * (0 if guards is None else len(guards)))
+    mover = _Mover(free_balls(positions, airspace), effort, voxel, seed)
+    for number, iterations in enumerate(between):
+        if number * _CHECKS % effort.rounds < _CHECKS:
+            hunt = hunt.guarded(spare)
+        hunt = mover.improved(hunt, number, iterations=iterations)
+    return _finish(hunt, subject, many, iterations=last, seed=seed)
 
 
 def _iterations(effort: Effort, layer: float, total: int | None) -> list[int]:
@@ -161,53 +169,118 @@ def _iterations(effort: Effort, layer: float, total: int | None) -> list[int]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Rounds:
-    """Rounds of moving photos and searching among them.
+class _Hunt:
+    """Where the search stands.
 
-    ``first`` is the problem whose demands hold throughout.
+    Parameters
+    ----------
+    subject
+        What is planned for by now, guards included.
+    few, many
+        Grids to choose from in a round, and in the last search.
+    kept
+        The photos.
+    wanted
+        How many samples must be satisfied.
+    sharp
+        Sharp photos that each sample wants, shape (S,).
+    guards
+        Samples that are not planned for yet, if any are to be looked at.
+
     """
 
     subject: Subject
-    grid: Pool
+    few: Pool
+    many: Pool
+    kept: Pool
+    wanted: int
+    sharp: Ints
+    guards: SurfaceSamples | None
+
+    def guarded(self, spare: int) -> "_Hunt":
+        """Plan for the guards that the photos miss, all but ``spare`` in all."""
+        if self.guards is None:
+            return self
+        rows = self.subject.missed(self.guards, self.kept, self.many)
+        known, old = len(self.subject.samples), self.subject.guards
+        if old + len(rows) <= spare:
+            return self
+        subject = self.subject.guarded(self.guards.places(rows), spare)
+        left = np.setdiff1d(np.arange(len(self.guards)), rows)
+        few, many, kept = (
+            subject.widened(pool, known) for pool in (self.few, self.many, self.kept)
+        )
+        return _Hunt(
+            *(subject, few, many, kept),
+            wanted=self.wanted + max(0, subject.guards - spare) - max(0, old - spare),
+            sharp=np.pad(self.sharp, (0, len(rows))),
+            guards=self.guards.places(left),
+        )
+
+    def searched(self, grid: Pool, beside: Pool | None, *, iterations: int, seed: int) -> "_Hunt":
+        """Go on searching from the photos among those of a grid, and others beside them."""
+        pool = grid.joined(self.kept)
+        pool = pool if beside is None else pool.joined(beside)
+        start = len(grid) + np.arange(len(self.kept))
+        problem = self.subject.problem(pool, wanted=self.wanted)
+        result = self.subject.search(problem, start, iterations=iterations, seed=seed)
+        found = start if result.solution is None else result.solution
+        return replace(self, kept=pool.take(found))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Mover:
+    """Moves photos in rounds, each followed by a search among them."""
+
     room: FreeBalls
     effort: Effort
-    first: PairCoverProblem
     voxel: float
     seed: int
 
-    def improved(self, kept: Pool, number: int, *, iterations: int) -> Pool:
-        """Photos after one more round, the ``number``-th from 0."""
-        subject, scale = self.subject, _SHRINK ** (number / self.effort.rounds)
-        kept = self._moved(kept, step=_CLIMB * scale * subject.reference)
-        beside = poses_beside(
-            *(kept, self.room, subject.camera),
+    def improved(self, hunt: _Hunt, number: int, *, iterations: int) -> _Hunt:
+        """One more round, the ``number``-th from 0."""
+        subject, scale = hunt.subject, _SHRINK ** (number / self.effort.rounds)
+        hunt = replace(hunt, kept=self._moved(hunt, step=_CLIMB * scale * subject.reference))
+        poses = poses_beside(
+            *(hunt.kept, self.room, subject.camera),
             step=_STEP * scale * self.voxel,
             turn=_TURN * scale,
             copies=self.effort.copies,
             seed=np.random.SeedSequence(self.seed, spawn_key=(_KEY, number)),
         )
-        pool = self.grid.joined(kept).joined(subject.at(*beside))
-        start = len(self.grid) + np.arange(len(kept))
-        problem = subject.problem(pool, wanted=self.first.wanted)
-        result = subject.search(problem, start, iterations=iterations, seed=self.seed + number + 1)
-        return kept if result.solution is None else pool.take(result.solution)
+        seed = self.seed + number + 1
+        return hunt.searched(hunt.few, subject.at(*poses), iterations=iterations, seed=seed)
 
-    def _moved(self, kept: Pool, *, step: float) -> Pool:
+    def _moved(self, hunt: _Hunt, *, step: float) -> Pool:
         """Photos moved one by one to where they add most."""
-        subject, target = self.subject, self.subject.settings.target
+        subject, kept, target = hunt.subject, hunt.kept, hunt.subject.settings.target
         crowd = Crowd(
             *(kept.positions, kept.yaw_deg, kept.pitch_deg),
             eye=subject.eye,
             space=self.room,
             camera=subject.camera,
-            wish=Wish(
-                _SPARE * target,
-                self.first.fine_demand,
-                sharp_worth=_SHARP * target,
-                sharp=subject.rule,
-            ),
+            wish=Wish(_SPARE * target, hunt.sharp, sharp_worth=_SHARP * target, sharp=subject.rule),
             directions=subject.settings.aim_directions,
         )
         for _ in range(self.effort.climbs):
             crowd.move(step=step, evaluations=_EVALUATIONS)
         return subject.at(crowd.positions, crowd.yaw_deg, crowd.pitch_deg)
+
+
+def _finish(hunt: _Hunt, subject: Subject, many: Pool, *, iterations: int, seed: int) -> PairChoice:
+    """Search once more on the first grid, and prove what was asked for.
+
+    With guards the photos are completed for the ``subject`` without them, whose bound it is.
+    """
+    if hunt.subject.guards:
+        hunt = hunt.searched(hunt.many, None, iterations=iterations, seed=seed)
+    kept = hunt.kept
+    pool = many.joined(subject.at(kept.positions, kept.yaw_deg, kept.pitch_deg))
+    problem, start = subject.problem(pool), len(many) + np.arange(len(kept))
+    if hunt.subject.guards:
+        result = subject.completed(problem, start)
+    else:
+        result = subject.search(problem, start, iterations=iterations, seed=seed, bounded=True)
+    chosen = start if result.solution is None else result.solution
+    views = pool.viewpoints(chosen, subject.samples, kind="pair")
+    return PairChoice(views, problem.reachable, (result,))

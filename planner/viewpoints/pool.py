@@ -107,6 +107,19 @@ class Pool:
             np.concatenate([self.cosine, others.cosine]),
         )
 
+    def beside(self, others: "Pool", first: int) -> "Pool":
+        """The same poses with the hits of others too, whose samples are counted from ``first``."""
+        owner = np.repeat(np.arange(len(self)), np.diff(self.indptr))
+        more = np.repeat(np.arange(len(self)), np.diff(others.indptr))
+        order = np.argsort(np.concatenate([owner, more]), kind="stable")
+        sample = np.concatenate([self.sample, others.sample + np.int32(first)])
+        return Pool(
+            *(self.positions, self.yaw_deg, self.pitch_deg, self.indptr + others.indptr),
+            sample[order],
+            np.concatenate([self.distance, others.distance])[order],
+            np.concatenate([self.cosine, others.cosine])[order],
+        )
+
     def rays(self, samples: SurfaceSamples) -> NDArray[np.float32]:
         """Unit vectors from sample to camera of each hit, shape (n, 3)."""
         from planner.viewpoints.pair_kernels import unit_rays

@@ -10,7 +10,7 @@ from planner.config import ViewpointSettings
 from planner.geometry.arrays import Bools, Floats, Ints
 from planner.scene.cloud import Mesh
 from planner.scene.images import Images
-from planner.surface.samples import ScoredSamples
+from planner.surface.samples import ScoredSamples, SurfaceSamples
 from planner.viewpoints.anchors import Anchors
 from planner.viewpoints.bridges import connect
 from planner.viewpoints.camera import Camera
@@ -51,6 +51,7 @@ def select_viewpoints(
     map: Callable[..., Any] = map,  # noqa: A002 - it is a map
     airspace: Airspace | None = None,
     images: Images | None = None,
+    guards: SurfaceSamples | None = None,
 ) -> Selection:
     """Choose viewpoints by the preset of the settings.
 
@@ -80,6 +81,9 @@ def select_viewpoints(
         Where flight is safe; tells which samples only zones keep from being seen.
     images
         Photos of the first flight, to match with.
+    guards
+        Other samples of the surface: what of them pairs of photos would miss is planned for too,
+        so that the photos suit the surface and not its samples alone.
 
     Returns
     -------
@@ -109,6 +113,7 @@ def select_viewpoints(
             voxel=voxel,
             seed=seed,
             airspace=airspace,
+            guards=guards,
         )
         viewpoints, results = found.viewpoints, found.results
         wish = _pair_wish(wish, found.reachable, sharp_demand(samples, settings), settings)

@@ -14,7 +14,7 @@ from planner.viewpoints.eye import Eye
 from planner.viewpoints.pairs import VisiblePairs, visible_pairs
 from planner.viewpoints.pool import Pool
 from planner.viewpoints.rays import RayCaster
-from planner.viewpoints.reconstructability import GRAZING, parallax_weight
+from planner.viewpoints.reconstructability import GRAZING, pair_sums, parallax_weight
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.thinning import thin_lattice
 from solvers import Result, Stop, solve
@@ -37,6 +37,10 @@ class Subject:
         Limits on range, incidence and GSD of a sharp photo.
     settings
         Target, share and solver.
+    guards
+        How many of the samples, the last ones, are guards, none of which is wanted sharply.
+    spare
+        How many of the guards may be missed.
 
     """
 
@@ -45,6 +49,13 @@ class Subject:
     camera: Camera
     rule: SightRule
     settings: ViewpointSettings
+    guards: int = 0
+    spare: int = 0
+
+    @property
+    def planned(self) -> int:
+        """How many samples the share is of."""
+        return len(self.samples) - self.guards
 
     @property
     def reference(self) -> float:
@@ -107,7 +118,7 @@ class Subject:
         self, pool: Pool, positions: Floats, sharp: VisiblePairs
     ) -> tuple[Floats, Floats, Floats]:
         """Poses straight at samples which the pool shows sharply less often than wanted."""
-        held = np.bincount(pool.sample[self._is_sharp(pool)], minlength=len(self.samples))
+        held = np.bincount(pool.sample[self._is_sharp(pool)], minlength=self.planned)
         lack = np.minimum(self.settings.sharp_views, sharp.available) - held
         row = most_frontal(sharp, np.zeros(len(sharp), dtype=np.bool_), lack.clip(0))
         places = positions[np.searchsorted(sharp.indptr, row, side="right") - 1]
@@ -121,14 +132,51 @@ class Subject:
         pool
             The poses.
         wanted
-            How many samples must be satisfied; without it, the ``share`` of the settings.
+            How many samples must be satisfied; without it, the ``share`` of the settings of
+            those that can be, and all but the ``spare`` guards of those that can be.
 
         """
         problem = self._problem(pool, self.settings.share)
-        reachable = int(np.count_nonzero(problem.reachable))
-        if wanted is None or problem.wanted == wanted or not reachable:
+        can = problem.reachable
+        if wanted is None and self.guards:
+            own = math.ceil(self.settings.share * np.count_nonzero(can[: self.planned]) - 1e-9)
+            wanted = own + max(0, int(np.count_nonzero(can[self.planned :])) - self.spare)
+        if wanted is None or problem.wanted == wanted or wanted <= 0 or not can.any():
             return problem
-        return self._problem(pool, min(1.0, wanted / reachable))
+        return self._problem(pool, min(1.0, wanted / int(np.count_nonzero(can))))
+
+    def guarded(self, guards: SurfaceSamples, spare: int) -> "Subject":
+        """The same with more samples, of which so many may be missed in all."""
+        mine = self.samples
+        both = SurfaceSamples(
+            np.concatenate([mine.xyz, guards.xyz]),
+            np.concatenate([mine.normals, guards.normals]),
+            np.concatenate([mine.cluster, guards.cluster]),
+            mine.radius,
+        )
+        return replace(self, samples=both, guards=self.guards + len(guards), spare=spare)
+
+    def missed(self, others: SurfaceSamples, photos: Pool, pool: Pool) -> Ints:
+        """Which other samples the photos miss though the poses of a pool could show them."""
+        seen = replace(self, samples=others).at(photos.positions, photos.yaw_deg, photos.pitch_deg)
+        h = pair_sums(
+            seen.sample.astype(np.int64),
+            seen.rays(others).astype(np.float64),
+            seen.distance.astype(np.float64),
+            seen.cosine.astype(np.float64),
+            size=len(others),
+            reference=self.reference,
+        )
+        short = np.flatnonzero(h < self.settings.target)
+        there = replace(self, samples=others.places(short), guards=len(short))
+        could = there.at(pool.positions, pool.yaw_deg, pool.pitch_deg)
+        return short[there._problem(could, 1.0).reachable]
+
+    def widened(self, pool: Pool, known: int) -> Pool:
+        """A pool that knows only so many of the samples, with what it shows of the others too."""
+        rest = self.samples.places(np.arange(known, len(self.samples)))
+        more = replace(self, samples=rest).at(pool.positions, pool.yaw_deg, pool.pitch_deg)
+        return pool.beside(more, known)
 
     def _problem(self, pool: Pool, share: float) -> PairCoverProblem:
         from scipy.sparse import csr_array
@@ -145,7 +193,7 @@ class Subject:
             share=share,
             budget=settings.budget,
             fine=self._is_sharp(pool),
-            fine_demand=settings.sharp_views,
+            fine_demand=np.where(np.arange(shape[1]) < self.planned, settings.sharp_views, 0),
         )
 
     def _is_sharp(self, pool: Pool) -> Bools:
@@ -168,3 +216,8 @@ class Subject:
         options = {"start": tuple(start.tolist()), "bound_steps": _BOUND_STEPS if bounded else 0}
         solver = load("pairs", name, **(options if name in {"greedy", "lns"} else {}))
         return solve(problem, solver, seed=seed, stop=Stop(iterations=iterations))
+
+    def completed(self, problem: PairCoverProblem, start: Ints) -> Result[Ints]:
+        """The start with what is missing, nothing left out, and a bound for the problem."""
+        options = {"start": tuple(start.tolist()), "pruned": False, "bound_steps": _BOUND_STEPS}
+        return solve(problem, load("pairs", "greedy", **options))

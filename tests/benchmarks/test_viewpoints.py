@@ -30,6 +30,7 @@ def choose(place, seed=0, **options):
         voxel=place.voxel,
         seed=seed,
         airspace=place.airspace,
+        guards=place.guards,
         **lengths,
     )
 

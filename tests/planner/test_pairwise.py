@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from planner.config import ViewpointSettings
 from planner.geometry.angles import direction
 from planner.scene.cloud import Mesh
-from planner.surface.samples import ScoredSamples
+from planner.surface.samples import ScoredSamples, SurfaceSamples
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.candidates import generate_candidates
 from planner.viewpoints.free_balls import FreeBalls
@@ -22,6 +22,7 @@ from planner.viewpoints.reconstructability import reconstructability
 from planner.viewpoints.refine import poses_beside
 from planner.viewpoints.select import reassess, select_viewpoints
 from planner.viewpoints.sight import SightRule
+from planner.viewpoints.subject import Subject
 from planner.viewpoints.thinning import thin_lattice
 
 CAMERA = Camera(width_px=600, height_px=400, focal_px=400.0)
@@ -43,9 +44,14 @@ def roof():
 
 def select(**changes):
     mesh, samples, places = roof()
+    guards = changes.pop("guards", None)
     given = {"objective": "reconstructability", "iterations": 40, **changes}
     return select_viewpoints(
-        places, mesh, samples, CAMERA, settings=ViewpointSettings(**given), voxel=4.0, **LIMITS
+        *(places, mesh, samples, CAMERA),
+        settings=ViewpointSettings(**given),
+        voxel=4.0,
+        guards=guards,
+        **LIMITS,
     )
 
 
@@ -155,3 +161,73 @@ def test_a_thinned_lattice_is_a_lattice_of_about_the_limit(factor, seed):
             assert tuple(third) in points
     apart = np.linalg.norm(kept[:, None] - kept[None, : min(len(kept), 40)], axis=2)
     assert apart[apart > 0].min() ** 3 >= 0.5 * factor
+
+
+def other_roof(seed, count=150):
+    """Other samples of the roof."""
+    rng = np.random.default_rng(seed)
+    xyz = np.column_stack([rng.uniform((-6, -5), (6, 5), (count, 2)), np.full(count, 9.0)])
+    up = np.tile([0.0, 0.0, 1.0], (count, 1))
+    return SurfaceSamples(xyz, up, np.zeros(count), 1.25)
+
+
+def subject_of(samples, **changes):
+    rule = SightRule(d_min=3.0, d_max=22.0, max_incidence=1.2, reach=30.0)
+    settings = ViewpointSettings(objective="reconstructability", **changes)
+    return Subject(samples, RayCaster(roof()[0]), CAMERA, rule, settings)
+
+
+def test_a_pool_widened_by_guards_is_the_pool_of_all_of_them():
+    _, samples, places = roof()
+    subject = subject_of(samples.places(np.arange(len(samples))))
+    both = subject.guarded(other_roof(0), spare=3)
+    assert (both.planned, both.guards, both.spare) == (len(samples), 150, 3)
+    rng = np.random.default_rng(1)
+    poses = places[:40], rng.uniform(-180, 180, 40), rng.uniform(-90, 0, 40)
+    wide = both.widened(subject.at(*poses), len(samples))
+    whole = both.at(*poses)
+    for name in ("indptr", "sample", "distance", "cosine"):
+        np.testing.assert_array_equal(getattr(wide, name), getattr(whole, name))
+
+
+def test_guards_are_wanted_but_for_those_to_spare_and_never_sharply():
+    _, samples, places = roof()
+    subject = subject_of(samples.places(np.arange(len(samples))), share=0.9, sharp_views=2)
+    both = subject.guarded(other_roof(0), spare=20)
+    grid = both.grid(places, spacing=4.0, limit=200)
+    problem = both.problem(grid)
+    can = problem.reachable
+    own, guards = can[: len(samples)].sum(), can[len(samples) :].sum()
+    assert problem.wanted == np.ceil(0.9 * own) + guards - 20
+    assert both.problem(grid, wanted=17).wanted == 17
+    assert (problem.fine_demand[len(samples) :] == 0).all()
+    assert problem.fine_demand[: len(samples)].max() == 2
+
+
+def test_the_guards_that_photos_miss_are_those_below_the_target_that_others_could_show():
+    mesh, samples, places = roof()
+    subject, others = subject_of(samples), other_roof(2)
+    grid = subject.grid(places, spacing=4.0, limit=200)
+    photos = grid.take(np.arange(0, len(grid), len(grid) // 6))
+    views = photos.viewpoints(np.arange(len(photos)), samples, kind="pair")
+    h = reconstructability(views, others, RayCaster(mesh), CAMERA, reference=60.0)
+    np.testing.assert_array_equal(subject.missed(others, photos, grid), np.flatnonzero(h < 4.0))
+    assert len(subject.missed(others, photos, photos)) == 0
+    assert len(subject.missed(others, grid, grid)) == 0
+
+
+def test_photos_that_are_guarded_suit_other_samples_as_well_and_their_own_no_less():
+    mesh, samples, _ = roof()
+    plain, guarded = select(share=0.9), select(share=0.9, guards=other_roof(5, 600))
+    fresh = other_roof(9, 600)
+
+    def good(selection, what):
+        options = {"reference": 60.0}
+        views = selection.viewpoints
+        return np.mean(reconstructability(views, what, RayCaster(mesh), CAMERA, **options) >= 4.0)
+
+    assert good(guarded, fresh) >= good(plain, fresh)
+    assert good(guarded, fresh) >= 0.9
+    assert good(guarded, samples) >= 0.9
+    result = guarded.results[-1]
+    assert result.bound <= result.cost == len(guarded.viewpoints)
