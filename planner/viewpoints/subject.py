@@ -17,7 +17,7 @@ from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.reconstructability import GRAZING, pair_sums, parallax_weight
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.thinning import thin_lattice
-from solvers import Result, Stop, solve
+from solvers import Result, Stop, StopReason, solve
 from solvers.pairs import PairCoverProblem, chord_table
 from solvers.registry import load
 
@@ -211,11 +211,21 @@ class Subject:
         seed: int,
         bounded: bool = False,
     ) -> Result[Ints]:
-        """Run the pair solver; the built-in ones begin with the start, and bound if told to."""
+        """Run the pair solver; the built-in ones begin with the start, and bound if told to.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            If the search was interrupted: its answer is only what it had by then.
+
+        """
         name = self.settings.pair_solver
         options = {"start": tuple(start.tolist()), "bound_steps": _BOUND_STEPS if bounded else 0}
         solver = load("pairs", name, **(options if name in {"greedy", "lns"} else {}))
-        return solve(problem, solver, seed=seed, stop=Stop(iterations=iterations))
+        result = solve(problem, solver, seed=seed, stop=Stop(iterations=iterations))
+        if result.stop_reason is StopReason.INTERRUPTED:
+            raise KeyboardInterrupt
+        return result
 
     def completed(self, problem: PairCoverProblem, start: Ints) -> Result[Ints]:
         """The start with what is missing, nothing left out, and a bound for the problem."""
