@@ -180,8 +180,9 @@ def _draw(plan: "Plan", draft: Path) -> None:
             if code and (codes == code).any()
         },
         matched=_matched(plan),
-        caption=f"proven to stay {flown['certified_clearance']:.2f} m from everything solid "
-        f"(asked: {plan.scale.d_min:.2f} m); samples: {reasons}",
+        caption=f"proven to stay {flown['certified_clearance']:.2f} m from everything solid"
+        + (" or never seen " if plan.config.airspace.unknown == "closed" else " ")
+        + f"(asked: {plan.scale.d_min:.2f} m); samples: {reasons}",
     )
 
 

@@ -126,6 +126,7 @@ def summary(plan: "Plan") -> dict[str, Any]:
             "d_max": plan.scale.d_max,
             "zones": len(plan.config.airspace.zones),
             "ceiling": plan.config.airspace.ceiling,
+            "unknown": plan.config.airspace.unknown,
         },
         "findings": [
             {

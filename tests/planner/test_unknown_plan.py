@@ -1,5 +1,7 @@
 """A whole plan that keeps away from what was never seen."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -22,6 +24,8 @@ def test_nothing_is_flown_where_the_first_flight_did_not_look(tmp_path):
     assert closed.flight.path.clearance.min() >= d_min
     closed.save(tmp_path / "plan")
     assert check_folder(tmp_path / "plan").ok
+    report = json.loads((tmp_path / "plan" / "report.json").read_text())
+    assert report["airspace"]["unknown"] == "closed"
     with np.load(tmp_path / "plan" / "airspace.npz", allow_pickle=False) as arrays:
         again = Airspace.from_arrays(dict(arrays))
     assert (again.clearance(opened.rows[outside, 1:4]) < d_min).all()
