@@ -124,18 +124,20 @@ class Crowd:
             views = batch[first : first + _TOGETHER]
             base = np.tile(self._value, (len(views), 1))
             base_sharp = np.tile(self._sharp, (len(views), 1))
+            worth = np.empty(len(views))
             for row, view in enumerate(views):
                 own = self._shown[view].sample
                 value, sharp = own_share(view, own, *known, limits)
                 base[row, own] = np.maximum(base[row, own] - value, 0.0)
                 base_sharp[row, own] -= sharp
-            worth = wish.worth(self._value, self._sharp) - wish.worth(base, base_sharp)
+                now = wish.worth(self._value[own], self._sharp[own], own)
+                worth[row] = (now - wish.worth(base[row, own], base_sharp[row, own], own)).sum()
             yield BatchJob(
                 *(self._eye, self._space, self._camera, album, views),
                 places=self.positions[views],
                 base=base,
                 base_sharp=base_sharp,
-                worth=worth.sum(axis=1),
+                worth=worth,
                 wish=wish,
                 size=step,
                 evaluations=evaluations,
@@ -161,9 +163,12 @@ def far_apart(places: Floats, distance: float) -> Iterator[Ints]:
     left = np.arange(len(places))
     while len(left):
         taken: list[int] = []
-        for row in left:
-            gaps = places[taken] - places[row]
-            if (np.einsum("ij,ij->i", gaps, gaps) >= distance**2).all():
-                taken.append(int(row))
+        open_ = np.ones(len(left), dtype=np.bool_)
+        while open_.any():
+            row = left[np.argmax(open_)]
+            gaps = places[left] - places[row]
+            open_ &= np.einsum("ij,ij->i", gaps, gaps) >= distance**2
+            open_[np.searchsorted(left, row)] = False
+            taken.append(int(row))
         yield np.array(taken)
         left = np.setdiff1d(left, taken)

@@ -36,6 +36,26 @@ class Seen:
         return Seen(self.owner[keep], self.sample[keep], self.sight[keep])
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Hunger:
+    """Which samples are wanted from which place.
+
+    Parameters
+    ----------
+    flags
+        Which samples each member wants, shape (B, S).
+    rows
+        Those that any of them wants, ascending, shape (n,).
+    member
+        Member that each place is for, shape (m,).
+
+    """
+
+    flags: Bools
+    rows: Ints
+    member: Ints
+
+
 @dataclass(frozen=True, eq=False)
 class Eye:
     """Sees samples from places, whatever the aim.
@@ -59,12 +79,12 @@ class Eye:
         samples = self.samples
         return self.caster.lift(samples.xyz, samples.normals, radius=samples.radius)
 
-    def see(self, places: Floats, hungry: NDArray[np.bool_] | None = None) -> Seen:
-        """Look from places, (m, 3), at all samples or those that are ``hungry``, (m, S)."""
+    def see(self, places: Floats, hunger: Hunger | None = None) -> Seen:
+        """Look from places, (m, 3), at all samples, or at what is wanted from each."""
         from planner.viewpoints.pair_kernels import facing_pairs
 
         samples, rule = self.samples, self.rule
-        rows = np.arange(len(samples)) if hungry is None else np.flatnonzero(hungry.any(axis=0))
+        rows = np.arange(len(samples)) if hunger is None else hunger.rows
         size, most = len(samples), len(places) * len(rows)
         indptr = np.empty(len(places) + 1, dtype=np.int64)
         sample, sector = np.empty(most, dtype=np.int32), np.empty(most, dtype=np.uint8)
@@ -79,8 +99,8 @@ class Eye:
         )
         owner = np.repeat(np.arange(len(places)), np.diff(indptr))
         keep = np.arange(count)
-        if hungry is not None:
-            keep = np.flatnonzero(hungry[owner, sample[:count]])
+        if hunger is not None:
+            keep = np.flatnonzero(hunger.flags[hunger.member[owner], sample[:count]])
         ends = places.astype(np.float32)[owner[keep]]
         keep = keep[~self.caster.blocked(self._starts[sample[keep]], ends)]
         owner, sample = owner[keep], sample[keep]

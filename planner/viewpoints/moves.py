@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from planner.geometry.arrays import Bools, Floats, Ints
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.candidates import aim_directions
-from planner.viewpoints.eye import Album, Eye
+from planner.viewpoints.eye import Album, Eye, Hunger
 from planner.viewpoints.free_balls import FreeBalls
 from planner.viewpoints.frustum import camera_axes, picture_bounds
 from planner.viewpoints.sight import SightRule
@@ -53,9 +54,9 @@ class Wish:
         """Which samples want more; any shape."""
         return np.asarray((value < self.target) | (sharp < self.want))
 
-    def worth(self, value: Floats, sharp: Ints) -> Floats:
-        """Worth of samples with these values and numbers of sharp photos, shape (..., S)."""
-        fine = self.sharp_worth * np.minimum(sharp, self.want)
+    def worth(self, value: Floats, sharp: Ints, rows: Ints | slice = slice(None)) -> Floats:
+        """Worth of samples, or some rows of them, with these values and sharp photos."""
+        fine = self.sharp_worth * np.minimum(sharp, self.want[rows])
         return np.asarray(np.minimum(value, self.target) + fine)
 
 
@@ -104,6 +105,16 @@ class BatchJob:
     evaluations: int
     directions: int
     table: Floats
+
+    @cached_property
+    def hungry(self) -> Bools:
+        """Which samples want more than the other views give, shape (B, S)."""
+        return self.wish.hungry(self.base, self.base_sharp)
+
+    @cached_property
+    def rows(self) -> Ints:
+        """Samples of which any wants more, ascending."""
+        return np.flatnonzero(self.hungry.any(axis=0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,7 +170,7 @@ def _look(job: BatchJob, places: Floats, member: Ints) -> tuple[Ints, Floats]:
     from planner.viewpoints.move_kernels import best_aims, gains
 
     album, wish = job.album, job.wish
-    seen = job.eye.see(places, wish.hungry(job.base, job.base_sharp)[member])
+    seen = job.eye.see(places, Hunger(job.hungry, job.rows, member))
     gain = gains(
         *(seen.owner, seen.sample, seen.sight, member, job.views, job.base, job.base_sharp),
         *(wish.want, wish.target, wish.sharp_worth, wish.limits(job.eye.reference)),

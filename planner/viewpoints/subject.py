@@ -22,7 +22,7 @@ from solvers.pairs import PairCoverProblem, chord_table
 from solvers.registry import load
 
 _SURE = 1.001  # times the target, since the table and single precision are a little off
-_BOUND_STEPS = 60
+_BOUND_STEPS = 200
 
 
 @dataclass(frozen=True, slots=True, eq=False)
