@@ -203,7 +203,7 @@ def _plan_and_save(
 ) -> None:
     """Plan, write, say what came out, and exit with 0 (complete) or 1 (partial)."""
     from planner.planning import PlanStatus, plan
-    from planner.report.numbers import in_sorties, summary
+    from planner.report.numbers import summary
 
     with _executor(workers) as spread:
         result = plan(source, settings, map=spread, listener=_say)
@@ -212,16 +212,33 @@ def _plan_and_save(
     numbers = summary(result)
     for finding in result.findings:
         _print(f"{finding.stage}: {finding.message}")
-    _print(
-        f"{result.status}: {numbers['viewpoints']['count']} viewpoints, "
-        f"{numbers['path']['length']:.0f} m, {numbers['path']['duration']:.0f} s"
-        f"{in_sorties(numbers['sorties'])}, "
-        f"certified clearance {numbers['path']['certified_clearance']:.2f} m "
-        f"(d_min {numbers['airspace']['d_min']:.2f} m): {out}"
-    )
+    _print(f"{_outcome(result)}: {out}")
     if as_json:
         print(json.dumps({**numbers, "timing": result.timing}, indent=1))  # noqa: T201
     raise typer.Exit(0 if result.status is PlanStatus.COMPLETE else 1)
+
+
+def _outcome(result: Any) -> str:
+    """What a plan comes to, in one line."""
+    from planner.report.numbers import (
+        in_sorties,
+        length_and_seconds,
+        proven_clearance,
+        rounded_down,
+        summary,
+    )
+
+    (length, seconds), clearance = length_and_seconds(result), proven_clearance(result)
+    count = len(result.viewpoints)
+    return (
+        f"{result.status}: {count} viewpoint{'' if count == 1 else 's'}, "
+        f"{length:.0f} m, {seconds:.0f} s{in_sorties(summary(result)['sorties'])}"
+    ) + (
+        ""
+        if clearance is None
+        else f", certified clearance {rounded_down(clearance)} m "
+        f"(d_min {rounded_down(result.scale.d_min)} m)"
+    )
 
 
 def _say(stage: str, sentence: str) -> None:

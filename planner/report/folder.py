@@ -17,7 +17,14 @@ from planner.missions.records import write_json, write_points
 from planner.missions.sorties import SortieLimits, write_sorties
 from planner.missions.tables import write_path_table, write_viewpoints
 from planner.report.hull_lines import hull_drawing
-from planner.report.numbers import in_sorties, summary, versions
+from planner.report.numbers import (
+    in_sorties,
+    length_and_seconds,
+    proven_clearance,
+    rounded_down,
+    summary,
+    versions,
+)
 from planner.report.overview import DrawnFlight, draw_overview
 from planner.scene.cloud import PointCloud
 from planner.sorties.thought import usable_seconds
@@ -156,15 +163,15 @@ def _draw(plan: "Plan", draft: Path) -> None:
     samples, thinned = plan.samples, plan.surface.thinned
     near = np.asarray(cKDTree(samples.xyz).query(thinned.xyz)[1])
     numbers: dict[str, Any] = summary(plan)
-    flown = numbers["path"]
+    count, (length, seconds) = len(plan.viewpoints), length_and_seconds(plan)
     reasons = ", ".join(
         f"{name} {count}" for name, count in numbers["viewpoints"]["reasons"].items() if count
     )
     codes = plan.selection.reason
     draw_overview(
         draft / "overview.png",
-        title=f"{plan.scene.name}: {len(plan.viewpoints)} viewpoints, {flown['length']:.0f} m, "
-        f"{flown['duration'] / 60.0:.1f} min" + in_sorties(numbers["sorties"]),
+        title=f"{plan.scene.name}: {count} viewpoint{'' if count == 1 else 's'}, {length:.0f} m, "
+        f"{seconds / 60.0:.1f} min" + in_sorties(numbers["sorties"]),
         cloud=PointCloud(
             np.vstack([thinned.xyz, samples.xyz]),
             None if thinned.normals is None else np.vstack([thinned.normals, samples.normals]),
@@ -180,9 +187,20 @@ def _draw(plan: "Plan", draft: Path) -> None:
             if code and (codes == code).any()
         },
         matched=_matched(plan),
-        caption=f"proven to stay {flown['certified_clearance']:.2f} m from everything solid"
-        + (" or never seen " if plan.config.airspace.unknown == "closed" else " ")
-        + f"(asked: {plan.scale.d_min:.2f} m); samples: {reasons}",
+        caption=f"{_proven(plan)}samples: {reasons}",
+    )
+
+
+def _proven(plan: "Plan") -> str:
+    """Clause on the clearance that is proven; nothing where nothing moves."""
+    clearance = proven_clearance(plan)
+    if clearance is None:
+        return ""
+    return (
+        f"proven to stay {rounded_down(clearance)} m from everything solid"
+        + (" or never seen" if plan.config.airspace.unknown == "closed" else "")
+        + (" but for take-off and landing" if plan.sorties is not None else "")
+        + f" (asked: {rounded_down(plan.scale.d_min)} m); "
     )
 
 

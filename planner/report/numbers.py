@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import asdict
+from decimal import ROUND_FLOOR, Decimal
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -141,6 +142,31 @@ def summary(plan: "Plan") -> dict[str, Any]:
     }
 
 
+def proven_clearance(plan: "Plan") -> float | None:
+    """Least certified clearance of all that is flown, metres; ``None`` if nothing moves.
+
+    Climbs from and descents to the pads are not counted: they begin and end on the ground.
+    """
+    paths = [plan.flight.path]
+    if plan.sorties is not None:
+        paths += [flight.path for flight in plan.sorties.others]
+        paths += [sortie.path for sortie in plan.sorties.flown]
+    return min((float(path.clearance.min()) for path in paths if len(path)), default=None)
+
+
+def length_and_seconds(plan: "Plan") -> tuple[float, float]:
+    """Metres and seconds of all that is flown: the sorties if there are any, or the one flight."""
+    if plan.sorties is None:
+        return plan.flight.path.length, plan.timeline.duration
+    flown = plan.sorties.flown
+    return sum(sortie.length for sortie in flown), sum(sortie.duration for sortie in flown)
+
+
+def rounded_down(metres: float) -> str:
+    """Metres in whole centimetres, never more than there are."""
+    return str(Decimal(repr(float(metres))).quantize(Decimal("0.01"), rounding=ROUND_FLOOR))
+
+
 def _first_flight(plan: "Plan") -> dict[str, Any] | None:
     """How the new photos match those of the first flight, where their poses are known."""
     images, graph = plan.scene.images, plan.selection.graph
@@ -195,7 +221,9 @@ def _sorties(sorties: "Sorties", endurance: float) -> dict[str, Any]:
                 "duration": sortie.duration,
                 "endurance_left": 1.0 - sortie.duration / endurance,
                 "length": sortie.length,
-                "certified_clearance": float(sortie.path.clearance.min()),
+                "certified_clearance": float(sortie.path.clearance.min())
+                if len(sortie.path)
+                else None,
                 "energy_proxy_joules": energy(sortie.timeline)
                 + climb_energy(sortie.station.climb, 2.0 * sortie.climb_seconds),
             }

@@ -175,6 +175,22 @@ def test_a_house_is_planned_checked_and_told_as_json(tmp_path, monkeypatch, capf
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("more", [(), ("--set", "sorties.stations=[[-22.0,-20.0]]")])
+def test_one_photo_is_a_plan(more, tmp_path, monkeypatch, capfd):
+    scan = xyz_file(tmp_path / "a.xyz", town(np.random.default_rng(0)))
+    few = ("--set", "scale.radius_share=0.08", "--set", "viewpoints.budget=1", *more)
+    assert run(monkeypatch, "plan", scan, "--out", tmp_path / "plan", *few, "--json") in {0, 1}
+    told = capfd.readouterr()
+    numbers = json.loads(told.out)
+    assert numbers["viewpoints"]["count"] == 1
+    assert numbers["path"]["certified_clearance"] is None
+    line = told.err.splitlines()[-1]
+    assert ": 1 viewpoint, " in line
+    assert ("certified clearance" in line) == bool(more)  # a sortie flies there and back
+    assert run(monkeypatch, "check", tmp_path / "plan") == 0
+
+
+@pytest.mark.slow
 def test_flipped_normals_and_millimetres_give_the_plan_of_the_right_file(
     tmp_path, monkeypatch, capfd
 ):

@@ -1,6 +1,7 @@
 """A place that a wall of no-fly zone cuts in two: a sortie on each side that a station reaches."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -76,6 +77,44 @@ def test_two_stations_fly_both_sides_and_nothing_is_lost(both, folder):
     np.testing.assert_allclose(
         Plan.load(folder).viewpoints.positions, both.viewpoints.positions, atol=1e-9
     )
+
+
+@pytest.mark.slow
+def test_what_is_said_of_the_plan_holds_for_all_sorties(both, tmp_path, monkeypatch):
+    import planner.report.folder
+    from planner.cli import _outcome
+
+    drawn = {}
+    draw = planner.report.folder.draw_overview
+
+    def keep(path, **words):
+        drawn.update(words)
+        draw(path, **words)
+
+    monkeypatch.setattr(planner.report.folder, "draw_overview", keep)
+    both.save(tmp_path / "plan")
+    flown = both.sorties.flown
+    paths = [both.flight.path, *(flight.path for flight in both.sorties.others)]
+    least = min(path.clearance.min() for path in [*paths, *(sortie.path for sortie in flown)])
+    assert least < both.flight.path.clearance.min()  # else this shows nothing
+    line = _outcome(both)
+    for words, pattern in (
+        (drawn["caption"], r"proven to stay (\S+) m"),
+        (line, r"certified clearance (\S+) m"),
+    ):
+        told = float(re.search(pattern, words)[1])
+        assert least - 0.01 < told <= least
+    length, seconds = sum(s.length for s in flown), sum(s.duration for s in flown)
+    assert f"viewpoints, {length:.0f} m, {seconds:.0f} s, " in line
+    assert f"viewpoints, {length:.0f} m, {seconds / 60.0:.1f} min, " in drawn["title"]
+
+
+def test_centimetres_are_never_rounded_up():
+    from planner.report.numbers import rounded_down
+
+    assert [rounded_down(x) for x in (2.3, 6.699, 12.0, np.float64(0.0099))] == [
+        *("2.30", "6.69", "12.00", "0.00")
+    ]
 
 
 @pytest.mark.slow
