@@ -121,13 +121,18 @@ def study(source: Scene | str | Path, config: Config, clock: Clock) -> Prior:
             scene, surface.mesh, d_min=scale.d_min, d_max=scale.d_max, settings=config.airspace
         )
         grid = candidate_positions(
-            airspace, box=scene.box, voxel=scale.voxel, limit=config.viewpoints.max_candidates
+            airspace,
+            box=scene.box,
+            voxel=scale.voxel,
+            limit=config.viewpoints.max_candidates,
+            margin=config.flight.margin,
         )
         clock.tell(f"{len(grid.positions):,} free positions, {grid.voxel:.3g} m apart")
     known = (config, scene, camera, scale, surface, samples, airspace)
     prior = Prior(*known, grid.positions, grid.voxel, guards)
     if not len(grid.positions):
-        prior.need(0, f"no position is free and near enough: {lack_of_room(airspace)}")
+        lack = lack_of_room(airspace, margin=config.flight.margin)
+        prior.need(0, f"no position is free and near enough: {lack}")
     return prior
 
 
@@ -212,6 +217,7 @@ def attempt(
                 seed=config.seed,
                 map=spread,
                 airspace=prior.airspace,
+                margin=config.flight.margin,
                 images=prior.scene.images,
                 guards=prior.guards,
             )

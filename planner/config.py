@@ -11,6 +11,9 @@ from planner.assignment import assign
 from planner.errors import PlannerError
 from planner.toml_text import toml_of
 
+FLIGHT_MARGIN = 0.002
+"""What a flight keeps beyond d_min unless it is set otherwise, metres."""
+
 _Corner = tuple[float, float]
 
 
@@ -277,7 +280,7 @@ class FlightSettings(_Settings):
     """
 
     speed: float = Field(default=4.0, ge=0.01)
-    margin: float = Field(default=0.002, ge=0.001)
+    margin: float = Field(default=FLIGHT_MARGIN, ge=0.001)
     handle: float = Field(default=1.0 / 3.0, gt=0.0, le=0.5)
     solver: str = "rrt-connect"
     iterations: int = Field(default=20_000, ge=10)

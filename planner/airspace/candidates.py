@@ -5,11 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.airspace.airspace import Airspace
+from planner.config import FLIGHT_MARGIN
 from planner.geometry.arrays import Floats, Ints, read_only
 from planner.scene.scene import Box
 
+SPARE = 3e-3
+"""Metres kept beyond the flight's margin: more than rounding and measuring anew can cost."""
+
 _MOST_VOXELS = 4_000_000  # in the whole box, free or not
-_SPARE = 5e-3  # metres more than d_min, so that rounding and the flight's own margin cost none
 _FIRST_LOOK = 20_000  # voxels of the coarse lattice that the free volume is guessed from
 _LEVELS = 3  # blocks of 8 x 8 x 8 voxels are decided at once where possible
 
@@ -38,7 +41,9 @@ class CandidateGrid:
         return len(self.positions)
 
 
-def candidate_positions(airspace: Airspace, *, box: Box, voxel: float, limit: int) -> CandidateGrid:
+def candidate_positions(
+    airspace: Airspace, *, box: Box, voxel: float, limit: int, margin: float = FLIGHT_MARGIN
+) -> CandidateGrid:
     """Find free voxel centres in the grown box that are within ``d_max`` of a point of the scene.
 
     The level ground that is assumed beyond the scene is nothing to photograph, so it does not
@@ -54,6 +59,8 @@ def candidate_positions(airspace: Airspace, *, box: Box, voxel: float, limit: in
         Wanted voxel width, metres.
     limit
         Most positions; if more would be found, the voxels get wider until they fit.
+    margin
+        What the flight keeps beyond ``d_min``, and from zones, metres.
 
     Returns
     -------
@@ -71,24 +78,27 @@ def candidate_positions(airspace: Airspace, *, box: Box, voxel: float, limit: in
     size = box.size + 2.0 * airspace.d_max
     coarse = float(np.cbrt(np.prod(size) / _FIRST_LOOK))
     if coarse > voxel:  # guess the free volume first, rather than count what will not be kept
-        volume = len(_free_centres(airspace, box, size, coarse)) * coarse**3
+        volume = len(_free_centres(airspace, box, size, coarse, margin)) * coarse**3
         voxel = max(voxel, 0.9 * float(np.cbrt(volume / limit)))
     voxel = max(voxel, float(np.cbrt(np.prod(size) / max(_MOST_VOXELS, limit))))
     while True:
-        positions = _free_centres(airspace, box, size, voxel)
+        positions = _free_centres(airspace, box, size, voxel, margin)
         if len(positions) <= limit:
             return CandidateGrid(positions, voxel)
         voxel *= max(1.02, float(np.cbrt(len(positions) / limit)))
 
 
-def _free_centres(airspace: Airspace, box: Box, size: Floats, voxel: float) -> Floats:
+def _free_centres(
+    airspace: Airspace, box: Box, size: Floats, voxel: float, margin: float
+) -> Floats:
     """All free voxel centres near enough to solids, shape (V, 3).
 
     Clearance changes by at most a metre a metre, so that one value decides a whole block of
     voxels if it is far enough from both limits; blocks in doubt are cut in eight.
     """
     shape = np.maximum(np.floor(size / voxel), 1.0).astype(np.int64)
-    corner, least = -0.5 * shape * voxel, airspace.d_min + _SPARE
+    spare = margin + SPARE
+    corner, least = -0.5 * shape * voxel, airspace.d_min + spare
     found: list[Ints] = []
     width = 2**_LEVELS
     blocks = _lattice(-(-shape // width)) * width
@@ -109,7 +119,7 @@ def _free_centres(airspace: Airspace, box: Box, size: Floats, voxel: float) -> F
     positions = box.centre + (corner + (index + 0.5) * voxel) @ box.axes
     within = (positions >= airspace.low) & (positions <= airspace.high)
     positions = positions[within.all(axis=1)]
-    return np.asarray(positions[airspace.zone_margin(positions) >= 0.0])
+    return np.asarray(positions[airspace.zone_margin(positions) >= spare])
 
 
 def _lattice(shape: Ints) -> Ints:

@@ -6,6 +6,7 @@ import numpy as np
 
 from planner.airspace.airspace import Airspace
 from planner.airspace.zones import Prism, signed_distance_to_polygon
+from planner.config import FLIGHT_MARGIN
 from planner.findings import Finding
 from planner.geometry.arrays import Floats
 
@@ -78,7 +79,7 @@ def roomiest(airspace: Airspace) -> Room:
     return Room((x, y, z), float(spare[best]), float(zones.max()), float(solids.max()))
 
 
-def lack_of_room(airspace: Airspace) -> str:
+def lack_of_room(airspace: Airspace, *, margin: float = FLIGHT_MARGIN) -> str:
     """Say in a clause what keeps all places from being free, with the number that is missing."""
     for finding in idle_zones(airspace):
         if "nothing is free" in finding.message:
@@ -86,6 +87,8 @@ def lack_of_room(airspace: Airspace) -> str:
     room = roomiest(airspace)
     x, y, z = room.place
     where = f"the roomiest place ({x:.1f}, {y:.1f}, {z:.1f})"
+    if 0.0 <= room.spare < margin:
+        return f"{where} has {room.spare:.2f} m to spare where flight.margin keeps {margin:g} m"
     if room.spare >= 0.0:
         return f"{where} has {room.spare:.2f} m to spare, but is too far from the scene"
     ceiling = airspace.ceiling

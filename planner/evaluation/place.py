@@ -28,6 +28,7 @@ def coarser(place: Prior, factor: float) -> Prior:
         box=place.scene.box,
         voxel=factor * place.voxel,
         limit=place.config.viewpoints.max_candidates,
+        margin=place.config.flight.margin,
     )
     return replace(place, samples=samples, positions=grid.positions, voxel=grid.voxel)
 

@@ -24,7 +24,11 @@ POSITIONS = 3_000
 def evaluation_grid(place: Prior) -> Floats:
     """Free positions of the fixed grid, shape (n, 3), metres."""
     grid = candidate_positions(
-        place.airspace, box=place.scene.box, voxel=place.scale.voxel, limit=POSITIONS
+        place.airspace,
+        box=place.scene.box,
+        voxel=place.scale.voxel,
+        limit=POSITIONS,
+        margin=place.config.flight.margin,
     )
     return grid.positions
 

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from planner.airspace.airspace import Airspace
+from planner.airspace.candidates import SPARE
 from planner.geometry.arrays import Floats
-
-_SPARE = 5e-3  # metres kept beyond d_min, as by the candidate positions
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,16 +45,17 @@ class FreeBalls:
         return np.asarray(centre + share[:, None] * (points - centre))
 
 
-def free_balls(positions: Floats, airspace: Airspace | None) -> FreeBalls:
+def free_balls(positions: Floats, airspace: Airspace | None, *, margin: float) -> FreeBalls:
     """Balls around free positions as large as clearance, zones and bounds allow.
 
-    Clearance and margin change by at most a metre a metre. Without an airspace nothing but the
-    positions themselves is known to be free.
+    Clearance and zone margin change by at most a metre a metre, so that all of a ball keeps
+    ``margin`` metres beyond ``d_min`` and from zones, as the flight will, and a little more.
+    Without an airspace nothing but the positions themselves is known to be free.
     """
     if airspace is None:
         return FreeBalls(positions, np.zeros(len(positions)))
     low, high = airspace.bounds
     room = np.minimum(positions - low, high - positions).min(axis=1)
     room = np.minimum(room, airspace.clearance(positions) - airspace.d_min)
-    room = np.minimum(room, airspace.zone_margin(positions)) - _SPARE
+    room = np.minimum(room, airspace.zone_margin(positions)) - (margin + SPARE)
     return FreeBalls(positions, np.maximum(room, 0.0))

@@ -106,7 +106,8 @@ def choose_by_pairs(
     settings: ViewpointSettings,
     voxel: float,
     seed: int,
-    airspace: Airspace | None = None,
+    airspace: Airspace | None,
+    margin: float,
     guards: SurfaceSamples | None = None,
 ) -> PairChoice:
     """Choose the fewest photos that make enough samples reconstructable.
@@ -128,6 +129,8 @@ def choose_by_pairs(
         Target and effort; spacing of the positions, metres; root of all chance.
     airspace
         Where flight is safe; without it, photos stay on the positions.
+    margin
+        What the flight keeps beyond ``d_min``, and from zones, metres.
     guards
         Other samples of the same surface. Whenever photos miss more of them than the share allows,
         those missed are planned for too, but for so many.
@@ -153,7 +156,7 @@ def choose_by_pairs(
         guards=guards if settings.budget is None else None,
     )
     spare = math.floor((1.0 - settings.share) * (0 if guards is None else len(guards)))
-    mover = _Mover(free_balls(positions, airspace), effort, voxel, seed)
+    mover = _Mover(free_balls(positions, airspace, margin=margin), effort, voxel, seed)
     for number, iterations in enumerate(between):
         if number * _CHECKS % effort.rounds < _CHECKS:
             hunt = hunt.guarded(spare)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from planner.airspace.airspace import Airspace
-from planner.config import ViewpointSettings
+from planner.config import FLIGHT_MARGIN, ViewpointSettings
 from planner.geometry.arrays import Bools, Floats, Ints
 from planner.scene.cloud import Mesh
 from planner.scene.images import Images
@@ -50,6 +50,7 @@ def select_viewpoints(
     seed: int = 0,
     map: Callable[..., Any] = map,  # noqa: A002 - it is a map
     airspace: Airspace | None = None,
+    margin: float = FLIGHT_MARGIN,
     images: Images | None = None,
     guards: SurfaceSamples | None = None,
 ) -> Selection:
@@ -79,6 +80,8 @@ def select_viewpoints(
         Runs the clusters of preset ``paper``; anything that looks like :func:`map`.
     airspace
         Where flight is safe; tells which samples only zones keep from being seen.
+    margin
+        What the flight keeps beyond ``d_min``, and from zones, metres.
     images
         Photos of the first flight, to match with.
     guards
@@ -113,6 +116,7 @@ def select_viewpoints(
             voxel=voxel,
             seed=seed,
             airspace=airspace,
+            margin=margin,
             guards=guards,
         )
         viewpoints, results = found.viewpoints, found.results
@@ -131,6 +135,7 @@ def select_viewpoints(
             settings=settings,
             map=map,
             airspace=airspace,
+            margin=margin,
         )
     else:
         lengths = {"d_min": d_min, "d_max": d_max, "voxel": voxel}
@@ -142,7 +147,7 @@ def select_viewpoints(
     if covers and settings.connected:
         if anchors is not None:
             matching = Matching(samples, caster, camera, anchors, reference, links)
-            viewpoints = tie(viewpoints, positions, matching, airspace=airspace)
+            viewpoints = tie(viewpoints, positions, matching, airspace=airspace, margin=margin)
         viewpoints = connect(
             *(viewpoints, positions, samples, caster, camera),
             reference=reference,

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from planner.airspace.airspace import Airspace
-from planner.config import ViewpointSettings
+from planner.config import FLIGHT_MARGIN, ViewpointSettings
 from planner.geometry.arrays import Floats
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
@@ -46,6 +46,7 @@ def smith_viewpoints(
     settings: ViewpointSettings,
     map: Callable[..., Any] = map,  # noqa: A002 - it is a map
     airspace: Airspace | None = None,
+    margin: float = FLIGHT_MARGIN,
 ) -> Viewpoints:
     """Place a given number of photos by continuous optimisation.
 
@@ -67,6 +68,8 @@ def smith_viewpoints(
         Runs :func:`~planner.viewpoints.moves.move_views`; anything like :func:`map`.
     airspace
         Where photos may be taken between the positions; without it they stay on them.
+    margin
+        What the flight keeps beyond ``d_min``, and from zones, metres.
 
     Returns
     -------
@@ -80,7 +83,7 @@ def smith_viewpoints(
     low, high = elevation_range(camera)
     rule = SightRule(0.0, reference, GRAZING, low=low, high=high, sectors=1)
     count = settings.views or wanted_views(samples, reference)
-    space = free_balls(positions, airspace)
+    space = free_balls(positions, airspace, margin=margin)
     start = regular_places(samples.xyz, space, count, reference=reference)
     yaw, pitch = aim_directions(settings.aim_directions, camera)
     down = np.full(count, int(np.argmin(pitch)))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.airspace.airspace import Airspace
+from planner.config import FLIGHT_MARGIN
 from planner.findings import Finding
 from planner.geometry.angles import yaw_pitch
 from planner.geometry.arrays import Bools, Floats, Ints
@@ -68,7 +69,12 @@ class Matching:
 
 
 def tie(
-    viewpoints: Viewpoints, positions: Floats, matching: Matching, *, airspace: Airspace | None
+    viewpoints: Viewpoints,
+    positions: Floats,
+    matching: Matching,
+    *,
+    airspace: Airspace | None,
+    margin: float = FLIGHT_MARGIN,
 ) -> Viewpoints:
     """Add photos until enough photos of the first flight are matched by the rule of all links.
 
@@ -88,6 +94,8 @@ def tie(
     airspace
         Where flight is safe, also farther away than photos are taken from; without it only
         the positions are known to be free.
+    margin
+        What the flight keeps beyond ``d_min``, and from zones, metres.
 
     Returns
     -------
@@ -101,7 +109,7 @@ def tie(
         graph = matching.graph(viewpoints)
         if graph.tied >= anchors.wanted:
             break
-        pool = _pool(viewpoints, positions, matching, airspace)
+        pool = _pool(viewpoints, positions, matching, airspace, margin)
         if not len(pool):
             break
         chosen = _helpful(matching.graph(viewpoints.joined(pool)), viewpoints, pool, anchors)
@@ -132,7 +140,11 @@ def untied(viewpoints: Viewpoints, graph: ViewGraph, matching: Matching) -> tupl
 
 
 def _pool(
-    viewpoints: Viewpoints, positions: Floats, matching: Matching, airspace: Airspace | None
+    viewpoints: Viewpoints,
+    positions: Floats,
+    matching: Matching,
+    airspace: Airspace | None,
+    margin: float,
 ) -> Viewpoints:
     """Poses on the way from new photos to images, at places that are free."""
     images, axes, looks = (
@@ -154,7 +166,8 @@ def _pool(
     for share in _STEPS[1:]:  # down the axis of the image
         wished.append(images.positions[image] + (share * ahead)[:, None] * axes[image])
         aims.append(axes[image])
-    places, look = _free(np.concatenate(wished), np.concatenate(aims), positions, airspace)
+    wish = np.concatenate(wished), np.concatenate(aims)
+    places, look = _free(*wish, positions, airspace, margin)
     yaw, pitch = yaw_pitch(look)
     poses = np.unique(np.column_stack([places, yaw, pitch]), axis=0)
     count = len(poses)
@@ -163,14 +176,14 @@ def _pool(
 
 
 def _free(
-    wished: Floats, aims: Floats, positions: Floats, airspace: Airspace | None
+    wished: Floats, aims: Floats, positions: Floats, airspace: Airspace | None, margin: float
 ) -> tuple[Floats, Floats]:
     """Places that are free themselves, and the free positions nearest to each, with their aims."""
     from scipy.spatial import cKDTree
 
     places, looks = [], []
     if airspace is not None and len(wished):
-        free = free_balls(wished, airspace).radii > 0.0
+        free = free_balls(wished, airspace, margin=margin).radii > 0.0
         places.append(wished[free])
         looks.append(aims[free])
     near = min(_NEAR, len(positions))

@@ -42,6 +42,23 @@ def test_exactly_the_free_voxel_centres_near_solids_are_found(place, voxel):
     assert rows.issuperset(tuple(row) for row in np.round(grid.positions, 9))
 
 
+@pytest.mark.parametrize("margin", [0.001, 0.3, 1.5])
+def test_what_the_flight_keeps_is_kept_from_solids_and_zones(place, margin):
+    scene, airspace = place
+    grid, every = (
+        candidate_positions(airspace, box=scene.box, voxel=1.3, limit=10**6, margin=kept).positions
+        for kept in (margin, 0.0)
+    )
+
+    def spare(places):
+        return np.minimum(airspace.clearance(places) - 2.0, airspace.zone_margin(places))
+
+    assert spare(grid).min() > margin
+    rows = {tuple(row) for row in grid}
+    assert len(rows) > 1000
+    assert rows.issuperset(tuple(row) for row in every[spare(every) > margin + 0.01])
+
+
 def test_too_many_become_fewer_by_wider_voxels(place):
     scene, airspace = place
     many = candidate_positions(airspace, box=scene.box, voxel=1.0, limit=10**6)

@@ -83,3 +83,9 @@ def test_everything_forbidden_is_said_with_what_is_missing(place):
     room = roomiest(space)
     assert room.spare == pytest.approx(room.spare_of_zones)
     assert f"lacks {-room.spare:.2f} m" in lack_of_room(space)
+
+
+def test_room_that_only_the_margin_takes_is_named(place):
+    space = airspace(place)
+    margin = roomiest(space).spare + 1.0
+    assert f"where flight.margin keeps {margin:g} m" in lack_of_room(space, margin=margin)
