@@ -34,9 +34,6 @@ from planner.viewpoints.select import select_viewpoints
 from planner.viewpoints.selection import Selection, reassess
 from planner.viewpoints.viewpoints import Viewpoints
 
-SAME_PLACE = 1e-3
-"""Positions nearer to each other than this, metres, are one: they differ by rounding."""
-
 _GUARDS = 5  # of the chance in this stage
 _DRAWS = 2  # samples that guard the photos, for each that they are planned by
 
@@ -138,13 +135,17 @@ def study(source: Scene | str | Path, config: Config, clock: Clock) -> Prior:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attempt:
-    """One choice of photos with the flights through them: one a part of free space."""
+    """One choice of photos with the flights through them: one a part of free space.
+
+    Parts whose flight keeps no photo are left out; the findings tell of them too.
+    """
 
     selection: Selection
     route: Route
     flights: tuple[Flight, ...]
     parts: tuple[Part, ...]
     chosen: Viewpoints
+    findings: tuple[Finding, ...]
 
     @property
     def kept(self) -> Ints:
@@ -165,16 +166,16 @@ class Attempt:
         return len(self.chosen) - len(self.kept)
 
     @property
-    def findings(self) -> tuple[Finding, ...]:
-        """Which parts of space are not flown, if that cost viewpoints, and what else was lost."""
-        spaces, places = self.route.spaces, self.chosen.positions
-        left = parts_left(spaces, places, self.parts, self.route.findings) if self.dropped else ()
-        return (*left, *(finding for flight in self.flights for finding in flight.findings))
-
-    @property
     def lost(self) -> Floats:
         """Places of the chosen viewpoints that are not flown, shape (n, 3), metres."""
         return np.delete(self.chosen.positions, self.kept, axis=0)
+
+    @property
+    def astray(self) -> Floats:
+        """Those of ``lost`` that lie in a part of free space that is flown, shape (n, 3), metres."""
+        spaces = self.route.spaces
+        lost = np.delete(np.arange(len(spaces)), self.kept)
+        return self.chosen.positions[lost[np.isin(spaces[lost], spaces[self.kept])]]
 
     @property
     def matches(self) -> Ints:
@@ -264,6 +265,7 @@ def attempt(
         tuple(flights[k] for k in flown),
         tuple(parts[k] for k in flown),
         chosen,
+        _told(route, chosen, parts, flights),
     )
     if tried.dropped:
         selection = reassess(
@@ -280,6 +282,15 @@ def attempt(
     return tried
 
 
+def _told(
+    route: Route, chosen: Viewpoints, parts: tuple[Part, ...], flights: list[Flight]
+) -> tuple[Finding, ...]:
+    """Which parts of space are not flown, if that cost viewpoints, and what the flights say."""
+    dropped = len(chosen) - sum(len(flight.kept) for flight in flights)
+    left = parts_left(route.spaces, chosen.positions, parts, route.findings) if dropped else ()
+    return (*left, *(finding for flight in flights for finding in flight.findings))
+
+
 def refilled(
     tried: Attempt,
     prior: Prior,
@@ -289,9 +300,15 @@ def refilled(
     *,
     stations: tuple[Station, ...] = (),
 ) -> Attempt:
-    """Try once more without the places that could not be flown to; keep what covers more."""
+    """Try once more without the places that could not be flown to; keep what covers more.
+
+    Where all that was lost is a part of free space that cannot be reached, other photos in there
+    would be lost as well, so nothing else is tried.
+    """
+    if not len(tried.astray):
+        return tried
     try:
-        places = _away_from(prior.positions, tried)
+        places = _away_from(prior.positions, tried.astray)
         again = attempt(prior, places, config, spread, clock, stations=stations)
     except PlannerError as error:
         clock.tell(f"no second choice of photos: {error}")
@@ -299,12 +316,11 @@ def refilled(
     return max(again, tried, key=lambda attempt: (attempt.covered, -attempt.dropped))
 
 
-def _away_from(positions: Floats, tried: Attempt) -> Floats:
-    """Positions without those that were chosen and could not be flown to."""
+def _away_from(positions: Floats, places: Floats) -> Floats:
+    """Positions without the nearest one to each of these places: photos are moved about them."""
     from scipy.spatial import cKDTree
 
-    near = np.asarray(cKDTree(tried.lost).query(positions)[0])
-    return positions[near > SAME_PLACE]
+    return np.delete(positions, cKDTree(positions).query(places)[1], axis=0)
 
 
 def require_solvers(config: Config) -> None:

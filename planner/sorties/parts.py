@@ -84,25 +84,25 @@ def _reaching(positions: Floats, stations: tuple[Station, ...], ways: FreeWays) 
 def parts_left(
     spaces: Ints, positions: Floats, parts: tuple[Part, ...], findings: tuple[Finding, ...]
 ) -> tuple[Finding, ...]:
-    """Findings on parts of free space that are not flown, with the number of photos that it costs.
+    """Findings on parts of free space that no station reaches, with the photos that it costs.
 
     Parameters
     ----------
     spaces, positions
         As :func:`parts_to_fly` takes them.
     parts
-        What is flown.
+        What is flown to, whether or not the flight keeps any photo.
     findings
         What the order says of parts that cannot be reached from the first.
 
     """
     if len(parts) == 1 and len(parts[0].rows) == len(positions):
         return findings
-    flown = {int(spaces[part.rows[0]]) for part in parts}
+    reached = {int(spaces[part.rows[0]]) for part in parts}
     return tuple(
         _unreached(positions[spaces == space])
         for space in np.unique(spaces).tolist()
-        if space not in flown
+        if space not in reached
     )
 
 

@@ -155,6 +155,37 @@ def test_one_station_flies_its_side_and_says_how_many_photos_the_other_costs(sce
         assert (np.sign(sortie.rows(one.scale.d_min)[:, 1]) == side).all()
 
 
+@pytest.mark.slow
+def test_a_part_whose_photos_are_all_dropped_says_why(scene, monkeypatch):
+    from planner import attempts
+    from planner.clock import Clock
+
+    given = f"sorties.stations=[{EAST},{WEST}]"
+    prior = attempts.study(scene, load_config(None, [*SETTINGS, given]), Clock(None))
+    terrain = prior.airspace.terrain.height
+    stations = find_stations(
+        prior.config.sorties.stations, prior.airspace, terrain, margin=prior.config.flight.margin
+    )
+    fly = attempts.plan_flight
+
+    def careful(views, airspace, *, settings, only, **more):
+        if views.positions[only[0], 0] > 0:  # no photo in the east is that far from everything
+            settings = settings.model_copy(update={"margin": 500.0})
+        return fly(views, airspace, settings=settings, only=only, **more)
+
+    monkeypatch.setattr(attempts, "plan_flight", careful)
+    tried = attempts.attempt(
+        prior, prior.positions, prior.config, map, Clock(None), stations=stations
+    )
+    assert len(tried.flights) == len(tried.parts) == 1
+    assert (tried.viewpoints.positions[:, 0] < 0).all()
+    east = np.flatnonzero(tried.chosen.positions[:, 0] > 0)
+    assert len(east) == tried.dropped > 0
+    assert {finding.code for finding in tried.findings} == {"viewpoint-dropped"}
+    assert sorted(finding.number for finding in tried.findings) == east.tolist()
+    assert all("m from solids where" in finding.message for finding in tried.findings)
+
+
 class Rooms:
     """Free ways in two half-spaces that a wall at x = 0 parts."""
 
