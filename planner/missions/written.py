@@ -81,15 +81,17 @@ def load_plan(folder: str | Path) -> WrittenPlan:
     arrays = folder / "airspace.npz"
     record = read_json(folder / "scene.json")
     try:
+        upward = record.get("height_unit_metres")  # plans of earlier versions do not have it
         frame = Frame(
             record["origin"],
             record["crs"],
             record["vertical_datum"],
             float(record["unit_metres"]),
             record["local_from_source"],
+            None if upward is None else float(upward),
         )
         name = str(record["name"])
-    except (KeyError, TypeError, ValueError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise PlannerError(f"{folder / 'scene.json'}: {error!r}; plan again") from None
     return WrittenPlan(
         name=name,

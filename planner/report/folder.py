@@ -94,6 +94,7 @@ def _write_numbers(plan: "Plan", draft: Path) -> None:
             "crs": frame.crs,
             "vertical_datum": frame.vertical_datum,
             "unit_metres": frame.unit_metres,
+            "height_unit_metres": frame.height_unit_metres,
             "up_axis": "z",
             "local_from_source": None if turn is None else turn.tolist(),
         },

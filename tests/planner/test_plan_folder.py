@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -99,6 +100,18 @@ def test_a_written_plan_is_read_back(planned, written):
     np.testing.assert_array_equal(
         back.airspace.clearance(probes), planned.airspace.clearance(probes)
     )
+
+
+def test_heights_in_a_unit_of_their_own_are_read_back(planned, written, tmp_path):
+    frame = replace(planned.scene.frame, unit_metres=1200 / 3937, height_unit_metres=0.3048)
+    replace(planned, scene=replace(planned.scene, frame=frame)).save(tmp_path / "plan")
+    back = Plan.load(tmp_path / "plan").frame
+    assert (back.unit_metres, back.height_unit_metres) == (1200 / 3937, 0.3048)
+    assert Plan.load(written).frame.height_unit_metres is None
+    record = read_json(tmp_path / "plan" / "scene.json")
+    del record["height_unit_metres"]
+    (tmp_path / "plan" / "scene.json").write_text(json.dumps(record))
+    assert Plan.load(tmp_path / "plan").frame.height_unit_metres is None
 
 
 def lines_of(path):
