@@ -46,7 +46,8 @@ def parts_to_fly(
     Parameters
     ----------
     spaces
-        Number of the part that each photo lies in, shape (V,), 0 for the one with most photos.
+        Number of the part that each photo lies in, shape (V,): 0 for the one with most photos,
+        and so on.
     positions
         Places of the photos in visiting order, shape (V, 3), metres.
     stations
@@ -57,8 +58,9 @@ def parts_to_fly(
     Returns
     -------
     parts
-        At least one, that with most photos first. All photos are one part if there are no stations,
-        or none that reaches anything: then it is for the flight and its sorties to refuse.
+        At least one, the largest that a station reaches first: it is what ``path.json`` holds, if
+        any of it is flown. All photos are one part if there are no stations, or none that reaches
+        anything: then it is for the flight and its sorties to refuse.
 
     """
     every = np.arange(len(positions))
