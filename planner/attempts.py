@@ -172,7 +172,7 @@ class Attempt:
 
     @property
     def astray(self) -> Floats:
-        """Those of ``lost`` that lie in a part of free space that is flown, shape (n, 3), metres."""
+        """Those of ``lost`` in parts of free space that are flown, shape (n, 3), metres."""
         spaces = self.route.spaces
         lost = np.delete(np.arange(len(spaces)), self.kept)
         return self.chosen.positions[lost[np.isin(spaces[lost], spaces[self.kept])]]
