@@ -244,8 +244,9 @@ class ViewpointSettings(_Settings):
         """Refuse limits that contradict each other or would not be looked at."""
         if self.minutes is not None and self.budget is not None:
             raise ValueError("minutes and budget are both set: leave one of them out")
-        if self.minutes is not None and not self.by_pairs:
-            raise ValueError('minutes needs preset "cover" with objective "reconstructability"')
+        for name in ("minutes", "budget"):
+            if getattr(self, name) is not None and not self.by_pairs:
+                raise ValueError(f'{name} needs preset "cover", objective "reconstructability"')
         return self
 
 

@@ -101,6 +101,9 @@ def test_a_number_of_photos_holds_for_those_that_link_them_too(scene, budget):
         (["viewpoints.minutes=5", "viewpoints.budget=5"], "leave one of them out"),
         (["viewpoints.minutes=5", "viewpoints.preset=paper"], "needs preset"),
         (["viewpoints.minutes=5", "viewpoints.objective=hits"], "needs preset"),
+        (["viewpoints.budget=5", "viewpoints.preset=paper"], "budget needs preset"),
+        (["viewpoints.budget=5", "viewpoints.preset=smith"], "budget needs preset"),
+        (["viewpoints.budget=5", "viewpoints.objective=hits"], "budget needs preset"),
     ],
 )
 def test_limits_that_would_not_be_kept_are_refused(settings, complaint):
