@@ -14,7 +14,7 @@ from planner.airspace.room import lack_of_room
 from planner.airspace.zone_files import local_zones
 from planner.clock import Clock
 from planner.config import CameraSettings, Config
-from planner.errors import MissingDependency, PlannerError
+from planner.errors import MissingDependency, PlannerError, Unattainable
 from planner.findings import Finding
 from planner.flight.fly import Flight, plan_flight
 from planner.geometry.arrays import Floats, Ints
@@ -69,7 +69,7 @@ class Prior:
     def need(self, count: int, complaint: str) -> None:
         """Refuse to go on with nothing."""
         if not count:
-            raise PlannerError(
+            raise Unattainable(
                 f"{self.scene.source or self.scene.name}: {complaint} "
                 f"(d_min {self.scale.d_min:.4g} m, d_max {self.scale.d_max:.4g} m); "
                 "change scale.d_min, scale.gsd or the zones"

@@ -8,7 +8,7 @@ from planner.attempts import Mapper, Prior
 from planner.bracket import Trial, trials_within
 from planner.clock import Clock
 from planner.config import Config
-from planner.errors import PlannerError
+from planner.errors import PlannerError, Unattainable
 from planner.findings import Finding
 from planner.outing import Outing, fly_out
 from planner.sorties.station import Station
@@ -114,7 +114,7 @@ def best_outing(
         if best is None:
             raise _too_little_time(minutes, [*tried, Trial(chosen, whole.seconds, whole)])
         return best, _limit(minutes, best, whole, len(tried))
-    if budget is None or not config.viewpoints.by_pairs or whole.photos <= budget:
+    if budget is None or whole.photos <= budget:
         return whole, None
     tried = _search(
         Trial(budget, whole.photos, whole),
@@ -148,7 +148,7 @@ def _search(
     def trial(number: int) -> Trial[Outing | None]:
         try:
             outing = plan_of(number)
-        except PlannerError as error:
+        except Unattainable as error:
             clock.tell(f"no plan of {number} photos: {error}")
             return Trial(number, math.inf, None)
         clock.tell(f"{outing.photos} photos, {outing.seconds:.0f} s of flight")

@@ -10,6 +10,10 @@ class PlannerError(Exception):
     exit_code = 2
 
 
+class Unattainable(PlannerError):
+    """There is too little room or time for what is asked; for less there may be enough."""
+
+
 class MissingDependency(PlannerError):
     """An optional package or system library is needed and not there; the message names it."""
 

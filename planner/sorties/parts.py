@@ -153,7 +153,7 @@ def plan_parts(
 
     Raises
     ------
-    PlannerError
+    Unattainable
         If a photo cannot be taken within the limits; the message names what is missing.
 
     """

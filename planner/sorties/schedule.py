@@ -6,7 +6,7 @@ import numpy as np
 
 from planner.airspace.space import Space
 from planner.config import FlightSettings, SortieSettings
-from planner.errors import PlannerError
+from planner.errors import Unattainable
 from planner.flight.fly import Flight, plan_flight
 from planner.flight.limits import Limits
 from planner.flight.profile import rest_to_rest
@@ -69,7 +69,7 @@ def plan_sorties(
 
     Raises
     ------
-    PlannerError
+    Unattainable
         If a photo cannot be taken within the limits; the message names what is missing.
 
     """
@@ -196,7 +196,7 @@ class _Book:
             raise too_far(self.viewpoints.positions[worst], self._alone(worst), self.settings)
         most = self.settings.most_waypoints
         if most is not None and most < ENDS:
-            raise PlannerError(
+            raise Unattainable(
                 f"sorties.most_waypoints = {most}: a sortie of one photo has {ENDS}; raise it"
             )
 
@@ -222,7 +222,7 @@ class _Book:
                 continue
             self.rounds += 1
             if self.rounds > MOST_ROUNDS:
-                raise PlannerError(
+                raise Unattainable(
                     f"sorties: after {MOST_ROUNDS} cuts some sortie still takes longer than "
                     "was thought; raise sorties.endurance_seconds"
                 )
@@ -342,7 +342,7 @@ class _Book:
                 self._fly(key)
         return min((self.flown[key].duration for key in keys if key in self.flown), default=np.inf)
 
-    def _no_cut(self, order: Ints) -> PlannerError:
+    def _no_cut(self, order: Ints) -> Unattainable:
         """Say what is missing where no cut keeps the limits: some photo alone breaks them."""
         worst = next(
             int(photo)

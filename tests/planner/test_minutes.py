@@ -1,11 +1,18 @@
 """The best photos for minutes of flight, or for a number of photos with those that link them."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 
 from planner import PlannerError, load_config, plan, synthetic_scene
+from planner.attempts import solver_words
+from planner.bracket import Trial
+from planner.budget import _search
+from planner.clock import Clock
+from planner.errors import Unattainable
 from planner.report.numbers import summary
+from solvers import SolverError
 
 SETTINGS = ["scale.radius_share=0.045", "seed=4", "viewpoints.iterations=60"]
 HOME = ["sorties.stations=[[-30.0,-25.0]]", "sorties.endurance_seconds=250.0"]
@@ -110,3 +117,30 @@ def test_limits_that_would_not_be_kept_are_refused(settings, complaint):
     with pytest.raises(PlannerError, match=complaint) as caught:
         load_config(None, settings)
     assert "\n" not in str(caught.value)
+
+
+def searched(plan_of):
+    """Trials of fewer photos than nine, of which each costs one, within four."""
+    whole = Trial(9, 9.0, None)
+    return _search(whole, plan_of, lambda outing: outing.photos, 4.5, least=1, clock=Clock(None))
+
+
+def test_a_number_without_room_or_time_is_beyond_the_limit():
+    def plan_of(number):
+        if number > 2:
+            raise Unattainable("no room")
+        return SimpleNamespace(photos=number, seconds=0.0)
+
+    tried = searched(plan_of)
+    assert max(trial.asked for trial in tried if trial.cost <= 4.5) == 2
+    assert all((trial.answer is None) == (trial.asked > 2) for trial in tried)
+
+
+def test_a_solver_that_fails_ends_the_search_with_its_own_words():
+    def plan_of(number):
+        with solver_words():
+            raise SolverError("out of memory")
+
+    with pytest.raises(PlannerError, match="a solver gave up") as caught:
+        searched(plan_of)
+    assert not isinstance(caught.value, Unattainable)
