@@ -181,7 +181,7 @@ def _draw(plan: "Plan", draft: Path) -> None:
         radius=samples.radius,
         viewpoints=plan.viewpoints,
         flights=_drawn(plan),
-        hull=hull_drawing(plan.airspace, _paths(plan), plan.lost),
+        hull=hull_drawing(plan.airspace, plan.scene.box, _paths(plan), plan.lost),
         uncovered={
             name: samples.xyz[codes == code]
             for code, name in enumerate(plan.selection.reasons)

@@ -10,6 +10,7 @@ from planner.airspace.zones import Prism
 from planner.flight.path import FlightPath
 from planner.geometry import bezier
 from planner.geometry.arrays import Floats, read_only
+from planner.scene.scene import Box
 
 _LEVELS = 6
 _NODES = 12_000  # of the lattice on each level
@@ -49,13 +50,17 @@ class HullDrawing:
         object.__setattr__(self, "lost", read_only(self.lost, (None, 3), name="lost"))
 
 
-def hull_drawing(airspace: Airspace, paths: Sequence[FlightPath], lost: Floats) -> HullDrawing:
+def hull_drawing(
+    airspace: Airspace, box: Box, paths: Sequence[FlightPath], lost: Floats
+) -> HullDrawing:
     """Work out what is to be drawn.
 
     Parameters
     ----------
     airspace
         Solids and zones.
+    box
+        Of the scene: level lines end ``d_min`` beyond its sides, where terrain is only continued.
     paths
         What is flown.
     lost
@@ -70,7 +75,7 @@ def hull_drawing(airspace: Airspace, paths: Sequence[FlightPath], lost: Floats) 
         outlines[prism.kind] += _outlines(prism, floor, roof)
     return HullDrawing(
         tuple(levels),
-        tuple(_lines_at(airspace, height) for height in levels),
+        tuple(_lines_at(airspace, box, height) for height in levels),
         tuple(outlines["keep_out"]),
         tuple(outlines["keep_in"]),
         closest,
@@ -88,19 +93,23 @@ def _heights(airspace: Airspace) -> list[float]:
     return np.linspace(first, last, _LEVELS).tolist() if last > first else [first]
 
 
-def _lines_at(airspace: Airspace, height: float) -> tuple[Floats, ...]:
-    """Where the clearance is ``d_min`` at one height, as lines of shape (n, 3)."""
+def _lines_at(airspace: Airspace, box: Box, height: float) -> tuple[Floats, ...]:
+    """Where the clearance is ``d_min`` at one height over the box, as lines of shape (n, 3)."""
     from contourpy import contour_generator
 
-    low, high = airspace.bounds
-    step = float(np.sqrt(np.prod((high - low)[:2]) / _NODES))
-    x, y = (np.arange(a, b + step, step) for a, b in zip(low[:2], high[:2], strict=True))
+    half = 0.5 * box.size[:2] + airspace.d_min
+    step = float(np.sqrt(np.prod(2.0 * half) / _NODES))
+    x, y = (np.linspace(-reach, reach, 2 + int(2.0 * reach / step)) for reach in half)
     at = np.stack(np.meshgrid(x, y, indexing="xy"), axis=-1).reshape(-1, 2)
-    nodes = np.column_stack([at, np.full(len(at), height)])
-    field = airspace.clearance_range(nodes)[0].reshape(len(y), len(x))
+    field = airspace.clearance_range(_placed(at, box, height))[0].reshape(len(y), len(x))
     lines = contour_generator(x, y, field).lines(airspace.d_min)
-    level = (np.asarray(line, dtype=np.float64) for line in lines)
-    return tuple(np.column_stack([line, np.full(len(line), height)]) for line in level)
+    return tuple(_placed(np.asarray(line, dtype=np.float64), box, height) for line in lines)
+
+
+def _placed(level: Floats, box: Box, height: float) -> Floats:
+    """Points given along the level axes of a box from its centre, shape (n, 2), at a height."""
+    xy = box.centre[:2] + level @ box.axes[:2, :2]
+    return np.column_stack([xy, np.full(len(xy), height)])
 
 
 def _outlines(prism: Prism, floor: float, roof: float) -> list[Floats]:

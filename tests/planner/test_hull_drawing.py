@@ -1,6 +1,7 @@
 """What the overview shows of the airspace, and the mesh of the hull in a plan folder."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -29,7 +30,8 @@ def planned():
 
 @pytest.fixture(scope="module")
 def drawing(planned):
-    return hull_drawing(planned.airspace, [planned.flight.path], np.array([[1.0, 2.0, 3.0]]))
+    lost = np.array([[1.0, 2.0, 3.0]])
+    return hull_drawing(planned.airspace, planned.scene.box, [planned.flight.path], lost)
 
 
 def test_level_lines_lie_where_the_clearance_is_d_min(planned, drawing):
@@ -41,6 +43,20 @@ def test_level_lines_lie_where_the_clearance_is_d_min(planned, drawing):
             clearance = planned.airspace.clearance_range(line)[0]
             assert np.median(np.abs(clearance - planned.scale.d_min)) < 0.1
             assert np.abs(clearance - planned.scale.d_min).max() < 2.0
+
+
+def test_level_lines_end_where_the_scan_does(planned):
+    box = planned.scene.box
+    turn = np.array([[0.8, 0.6, 0.0], [-0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
+    small = replace(box, axes=turn @ box.axes, size=box.size * [0.6, 0.3, 1.0])
+    d_min = planned.scale.d_min
+    for area in (box, small):
+        lines = np.vstack(sum(hull_drawing(planned.airspace, area, [], box.axes).lines, ()))
+        beyond = np.abs((lines - area.centre) @ area.axes.T)[:, :2] - 0.5 * area.size[:2]
+        assert beyond.max() <= d_min + 1e-9
+        clearance = planned.airspace.clearance_range(lines)[0]
+        assert np.median(np.abs(clearance - d_min)) < 0.1
+    assert beyond.max() == pytest.approx(d_min)  # lines are cut at the side of the small box
 
 
 def test_the_closest_place_is_that_of_the_whole_flight(planned, drawing):
@@ -58,7 +74,7 @@ def test_zones_are_drawn_with_their_edges(drawing):
 
 
 def test_without_a_flight_nothing_is_closest(planned):
-    drawing = hull_drawing(planned.airspace, [], np.zeros((0, 3)))
+    drawing = hull_drawing(planned.airspace, planned.scene.box, [], np.zeros((0, 3)))
     assert drawing.closest is None
 
 
