@@ -195,7 +195,7 @@ class ViewpointSettings(_Settings):
     ``link_turn_deg``, ``link_scale``) is one component and matches so many photos of the first
     flight as ``ties`` says, where their poses are known.
     ``effort`` says from how many positions, in how many iterations (unless ``iterations`` does)
-    and with how many refinements off the grid.
+    and in how many rounds of moving the photos.
     """
 
     preset: Literal["cover", "paper", "smith"] = "cover"

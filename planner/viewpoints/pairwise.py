@@ -7,6 +7,7 @@ import numpy as np
 
 from planner.airspace.airspace import Airspace
 from planner.config import ViewpointSettings
+from planner.errors import PlannerError
 from planner.geometry.arrays import Bools, Floats, Ints
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
@@ -72,7 +73,7 @@ EFFORTS = {
     "standard": Effort(150.0, 10.0, 7, 1, 40.0, 40.0, 4),
     "best": Effort(225.0, 20.0, 25, 2, 40.0, 50.0, 4),
 }
-"""What each effort may take; see docs for the times measured."""
+"""What each effort may take; docs/views.md has the times measured."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +87,8 @@ class PairChoice:
     reachable
         Which samples can reach the target from the positions looked at, shape (S,).
     results
-        Result of the last search.
+        Of the last search, and where guards were planned for of what completed its answer; the
+        last one has the bound.
 
     """
 
@@ -146,7 +148,12 @@ def choose_by_pairs(
     first, *between, last = _iterations(effort, layer, settings.iterations)
     problem = subject.problem(many)
     result = subject.search(problem, _NONE, iterations=first, seed=seed)
-    if result.solution is None or not len(result.solution):
+    if result.solution is None:
+        raise PlannerError(
+            f"viewpoints.pair_solver = {settings.pair_solver!r}: found no photos in {first} "
+            f"iterations ({result.stop_reason}); choose another or raise viewpoints.iterations"
+        )
+    if not len(result.solution):
         none = many.take(_NONE).viewpoints(_NONE, samples, kind="pair")
         return PairChoice(none, problem.reachable, (result,))
     hunt = _Hunt(
@@ -154,8 +161,9 @@ def choose_by_pairs(
         wanted=problem.wanted,
         sharp=problem.fine_demand,
         guards=guards if settings.budget is None else None,
+        result=result,
     )
-    spare = math.floor((1.0 - settings.share) * (0 if guards is None else len(guards)))
+    spare = 0 if guards is None else math.floor((1.0 - settings.share) * len(guards) + 1e-9)
     mover = _Mover(free_balls(positions, airspace, margin=margin), effort, voxel, seed)
     for number, iterations in enumerate(between):
         if number * _CHECKS % effort.rounds < _CHECKS:
@@ -189,6 +197,8 @@ class _Hunt:
         Sharp photos that each sample wants, shape (S,).
     guards
         Samples that are not planned for yet, if any are to be looked at.
+    result
+        Of the last search.
 
     """
 
@@ -199,6 +209,7 @@ class _Hunt:
     wanted: int
     sharp: Ints
     guards: SurfaceSamples | None
+    result: Result[Ints]
 
     def guarded(self, spare: int) -> "_Hunt":
         """Plan for the guards that the photos miss, all but ``spare`` in all."""
@@ -208,7 +219,7 @@ class _Hunt:
         known, old = len(self.subject.samples), self.subject.guards
         if old + len(rows) <= spare:
             return self
-        subject = self.subject.guarded(self.guards.places(rows), spare)
+        subject = self.subject.guarded(self.guards.places(rows))
         left = np.setdiff1d(np.arange(len(self.guards)), rows)
         few, many, kept = (
             subject.widened(pool, known) for pool in (self.few, self.many, self.kept)
@@ -218,6 +229,7 @@ class _Hunt:
             wanted=self.wanted + max(0, subject.guards - spare) - max(0, old - spare),
             sharp=np.pad(self.sharp, (0, len(rows))),
             guards=self.guards.places(left),
+            result=self.result,
         )
 
     def searched(self, grid: Pool, beside: Pool | None, *, iterations: int, seed: int) -> "_Hunt":
@@ -228,7 +240,7 @@ class _Hunt:
         problem = self.subject.problem(pool, wanted=self.wanted)
         result = self.subject.search(problem, start, iterations=iterations, seed=seed)
         found = start if result.solution is None else result.solution
-        return replace(self, kept=pool.take(found))
+        return replace(self, kept=pool.take(found), result=result)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -280,10 +292,11 @@ def _finish(hunt: _Hunt, subject: Subject, many: Pool, *, iterations: int, seed:
     kept = hunt.kept
     pool = many.joined(subject.at(kept.positions, kept.yaw_deg, kept.pitch_deg))
     problem, start = subject.problem(pool), len(many) + np.arange(len(kept))
+    results: tuple[Result[Ints], ...]
     if hunt.subject.guards:
-        result = subject.completed(problem, start)
+        results = (hunt.result, subject.completed(problem, start))
     else:
-        result = subject.search(problem, start, iterations=iterations, seed=seed, bounded=True)
-    chosen = start if result.solution is None else result.solution
+        results = (subject.search(problem, start, iterations=iterations, seed=seed, bounded=True),)
+    chosen = start if results[-1].solution is None else results[-1].solution
     views = pool.viewpoints(chosen, subject.samples, kind="pair")
-    return PairChoice(views, problem.reachable, (result,))
+    return PairChoice(views, problem.reachable, results)

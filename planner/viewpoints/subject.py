@@ -1,6 +1,7 @@
 """What is to be photographed and how photos of it are judged, wherever they are taken."""
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from planner.viewpoints.reconstructability import GRAZING, pair_sums, parallax_w
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.thinning import thin_lattice
 from solvers import Result, Stop, StopReason, solve
+from solvers.errors import InvalidSolution
 from solvers.pairs import PairCoverProblem, chord_table
 from solvers.registry import load
 
@@ -38,9 +40,8 @@ class Subject:
     settings
         Target, share and solver.
     guards
-        How many of the samples, the last ones, are guards, none of which is wanted sharply.
-    spare
-        How many of the guards may be missed.
+        How many of the samples, the last ones, are guards: the share is not of them, and none is
+        wanted sharply.
 
     """
 
@@ -50,7 +51,6 @@ class Subject:
     rule: SightRule
     settings: ViewpointSettings
     guards: int = 0
-    spare: int = 0
 
     @property
     def planned(self) -> int:
@@ -133,20 +133,17 @@ class Subject:
             The poses.
         wanted
             How many samples must be satisfied; without it, the ``share`` of the settings of
-            those that can be, and all but the ``spare`` guards of those that can be.
+            those that can be.
 
         """
         problem = self._problem(pool, self.settings.share)
-        can = problem.reachable
-        if wanted is None and self.guards:
-            own = math.ceil(self.settings.share * np.count_nonzero(can[: self.planned]) - 1e-9)
-            wanted = own + max(0, int(np.count_nonzero(can[self.planned :])) - self.spare)
-        if wanted is None or problem.wanted == wanted or wanted <= 0 or not can.any():
+        can = int(np.count_nonzero(problem.reachable))
+        if wanted is None or problem.wanted == wanted or not can:
             return problem
-        return self._problem(pool, min(1.0, wanted / int(np.count_nonzero(can))))
+        return self._problem(pool, min(1.0, wanted / can))
 
-    def guarded(self, guards: SurfaceSamples, spare: int) -> "Subject":
-        """The same with more samples, of which so many may be missed in all."""
+    def guarded(self, guards: SurfaceSamples) -> "Subject":
+        """The same with more samples behind its own."""
         mine = self.samples
         both = SurfaceSamples(
             np.concatenate([mine.xyz, guards.xyz]),
@@ -154,7 +151,7 @@ class Subject:
             np.concatenate([mine.cluster, guards.cluster]),
             mine.radius,
         )
-        return replace(self, samples=both, guards=self.guards + len(guards), spare=spare)
+        return replace(self, samples=both, guards=self.guards + len(guards))
 
     def missed(self, others: SurfaceSamples, photos: Pool, pool: Pool) -> Ints:
         """Which other samples the photos miss though the poses of a pool could show them."""
@@ -211,23 +208,33 @@ class Subject:
         seed: int,
         bounded: bool = False,
     ) -> Result[Ints]:
-        """Run the pair solver; the built-in ones begin with the start, and bound if told to.
+        """Run the pair solver from the start; the built-in ones bound their answer if told to.
 
         Raises
         ------
         KeyboardInterrupt
-            If the search was interrupted: its answer is only what it had by then.
+            If the search was interrupted.
 
         """
-        name = self.settings.pair_solver
-        options = {"start": tuple(start.tolist()), "bound_steps": _BOUND_STEPS if bounded else 0}
-        solver = load("pairs", name, **(options if name in {"greedy", "lns"} else {}))
-        result = solve(problem, solver, seed=seed, stop=Stop(iterations=iterations))
-        if result.stop_reason is StopReason.INTERRUPTED:
-            raise KeyboardInterrupt
-        return result
+        name, initial = self.settings.pair_solver, None
+        options: dict[str, object] = {}
+        if name in {"greedy", "lns"}:
+            bound_steps = _BOUND_STEPS if bounded else 0
+            options = {"start": tuple(start.tolist()), "bound_steps": bound_steps}
+        else:
+            with suppress(InvalidSolution):  # what they begin with must satisfy enough
+                initial = problem.evaluate(start)[0]
+        solver, stop = load("pairs", name, **options), Stop(iterations=iterations)
+        return _heard(solve(problem, solver, seed=seed, stop=stop, initial=initial))
 
     def completed(self, problem: PairCoverProblem, start: Ints) -> Result[Ints]:
         """The start with what is missing, nothing left out, and a bound for the problem."""
         options = {"start": tuple(start.tolist()), "pruned": False, "bound_steps": _BOUND_STEPS}
-        return solve(problem, load("pairs", "greedy", **options))
+        return _heard(solve(problem, load("pairs", "greedy", **options)))
+
+
+def _heard(result: Result[Ints]) -> Result[Ints]:
+    """The result, if no one has interrupted it: then it is only what there was by then."""
+    if result.stop_reason is StopReason.INTERRUPTED:
+        raise KeyboardInterrupt
+    return result

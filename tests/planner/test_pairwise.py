@@ -9,13 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.config import ViewpointSettings
+from planner.errors import PlannerError
 from planner.geometry.angles import direction
 from planner.scene.cloud import Mesh
 from planner.surface.samples import ScoredSamples, SurfaceSamples
+from planner.viewpoints import subject as subjects
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.candidates import generate_candidates
 from planner.viewpoints.free_balls import FreeBalls
 from planner.viewpoints.pairs import visible_pairs
+from planner.viewpoints.pairwise import _Hunt
 from planner.viewpoints.pool import Pool
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.reconstructability import reconstructability
@@ -24,6 +27,8 @@ from planner.viewpoints.select import reassess, select_viewpoints
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.subject import Subject
 from planner.viewpoints.thinning import thin_lattice
+from solvers import Status, Stop
+from solvers.registry import load
 
 CAMERA = Camera(width_px=600, height_px=400, focal_px=400.0)
 LIMITS = {"d_min": 3.0, "d_max": 22.0, "gsd": 30.0 / 400.0}
@@ -44,10 +49,10 @@ def roof():
 
 def select(**changes):
     mesh, samples, places = roof()
-    guards = changes.pop("guards", None)
+    guards, camera = changes.pop("guards", None), changes.pop("camera", CAMERA)
     given = {"objective": "reconstructability", "iterations": 40, **changes}
     return select_viewpoints(
-        *(places, mesh, samples, CAMERA),
+        *(places, mesh, samples, camera),
         settings=ViewpointSettings(**given),
         voxel=4.0,
         guards=guards,
@@ -180,8 +185,8 @@ def subject_of(samples, **changes):
 def test_a_pool_widened_by_guards_is_the_pool_of_all_of_them():
     _, samples, places = roof()
     subject = subject_of(samples.places(np.arange(len(samples))))
-    both = subject.guarded(other_roof(0), spare=3)
-    assert (both.planned, both.guards, both.spare) == (len(samples), 150, 3)
+    both = subject.guarded(other_roof(0))
+    assert (both.planned, both.guards) == (len(samples), 150)
     rng = np.random.default_rng(1)
     poses = places[:40], rng.uniform(-180, 180, 40), rng.uniform(-90, 0, 40)
     wide = both.widened(subject.at(*poses), len(samples))
@@ -190,18 +195,36 @@ def test_a_pool_widened_by_guards_is_the_pool_of_all_of_them():
         np.testing.assert_array_equal(getattr(wide, name), getattr(whole, name))
 
 
-def test_guards_are_wanted_but_for_those_to_spare_and_never_sharply():
+def hunt_of(subject, places, guards):
+    """A search that stands at a few photos of the roof's grid."""
+    grid = subject.grid(places, spacing=4.0, limit=200)
+    problem = subject.problem(grid)
+    few = grid.take(np.arange(0, len(grid), len(grid) // 8))
+    demand = {"wanted": problem.wanted, "sharp": problem.fine_demand, "result": None}
+    return _Hunt(subject, grid, grid, few, **demand, guards=guards)
+
+
+@pytest.mark.parametrize("spare", [0, 7, 10_000])
+def test_missed_guards_are_wanted_but_for_those_to_spare_and_never_sharply(spare):
     _, samples, places = roof()
     subject = subject_of(samples.places(np.arange(len(samples))), share=0.9, sharp_views=2)
-    both = subject.guarded(other_roof(0), spare=20)
-    grid = both.grid(places, spacing=4.0, limit=200)
-    problem = both.problem(grid)
-    can = problem.reachable
-    own, guards = can[: len(samples)].sum(), can[len(samples) :].sum()
-    assert problem.wanted == np.ceil(0.9 * own) + guards - 20
-    assert both.problem(grid, wanted=17).wanted == 17
+    hunt = hunt_of(subject, places, other_roof(0))
+    missed = subject.missed(hunt.guards, hunt.kept, hunt.many)
+    assert 7 < len(missed) < 150
+    after = hunt.guarded(spare)
+    if spare > len(missed):
+        assert after is hunt
+        return
+    assert after.wanted == hunt.wanted + len(missed) - spare
+    assert after.subject.guards == len(missed)
+    assert len(after.guards) == 150 - len(missed)
+    problem = after.subject.problem(after.many, wanted=after.wanted)
+    assert problem.wanted == after.wanted
     assert (problem.fine_demand[len(samples) :] == 0).all()
     assert problem.fine_demand[: len(samples)].max() == 2
+    np.testing.assert_array_equal(after.sharp[: len(samples)], hunt.sharp)
+    again = after.guarded(spare)  # the same photos miss no others
+    assert again.wanted == after.wanted
 
 
 def test_the_guards_that_photos_miss_are_those_below_the_target_that_others_could_show():
@@ -216,18 +239,85 @@ def test_the_guards_that_photos_miss_are_those_below_the_target_that_others_coul
     assert len(subject.missed(others, grid, grid)) == 0
 
 
-def test_photos_that_are_guarded_suit_other_samples_as_well_and_their_own_no_less():
+def corners(count=200):
+    """Samples near the four corners of the roof, which may be left out of a share of it."""
+    rng = np.random.default_rng(3)
+    side = rng.choice([-1.0, 1.0], (count, 2)) * rng.uniform((5.2, 4.2), (5.95, 4.95), (count, 2))
+    up = np.tile([0.0, 0.0, 1.0], (count, 1))
+    return SurfaceSamples(np.column_stack([side, np.full(count, 9.0)]), up, np.zeros(count), 1.25)
+
+
+def test_photos_show_guards_that_they_would_miss():
+    """With a narrow camera the corners of the roof are the share that may be left out."""
     mesh, samples, _ = roof()
-    plain, guarded = select(share=0.9), select(share=0.9, guards=other_roof(5, 600))
-    fresh = other_roof(9, 600)
+    narrow = Camera(width_px=600, height_px=400, focal_px=700.0)
+    given = {"share": 0.8, "camera": narrow, "sharp_views": 0, "connected": False}
+    plain, guarded = select(**given), select(**given, guards=corners())
+
+    reference = 2.0 * LIMITS["gsd"] * narrow.focal_px
 
     def good(selection, what):
-        options = {"reference": 60.0}
         views = selection.viewpoints
-        return np.mean(reconstructability(views, what, RayCaster(mesh), CAMERA, **options) >= 4.0)
+        h = reconstructability(views, what, RayCaster(mesh), narrow, reference=reference)
+        return np.mean(h >= 4.0)
 
-    assert good(guarded, fresh) >= good(plain, fresh)
-    assert good(guarded, fresh) >= 0.9
-    assert good(guarded, samples) >= 0.9
-    result = guarded.results[-1]
-    assert result.bound <= result.cost == len(guarded.viewpoints)
+    assert good(plain, corners()) == 0.0
+    assert good(guarded, corners()) >= 0.8
+    for selection in (plain, guarded):
+        possible = selection.wish.pairs.reachable
+        assert good(selection, samples.places(np.flatnonzero(possible))) >= 0.8
+    searched, completed = guarded.results
+    assert (searched.solver, completed.solver) == ("lns", "greedy")
+    assert completed.bound <= completed.cost == len(guarded.viewpoints)
+
+
+class Plugin:
+    """A pair solver of someone else, which answers or stops in its n-th search."""
+
+    name, requires, default_stop = "plug-in", (), Stop(iterations=10)
+
+    def __init__(self, number, what):
+        self.number, self.what, self.seen = number, what, []
+
+    def run(self, problem, run):
+        self.seen.append(run.initial is not None)
+        if len(self.seen) == self.number:
+            if self.what == "nothing":
+                return Status.UNKNOWN
+            raise KeyboardInterrupt
+        return load("pairs", "lns").run(problem, run)
+
+
+@pytest.fixture
+def plugin(monkeypatch):
+    def install(number, what):
+        solver = Plugin(number, what)
+        own = subjects.load
+        monkeypatch.setattr(
+            subjects,
+            "load",
+            lambda family, name, **options: (
+                solver if name == "plug-in" else own(family, name, **options)
+            ),
+        )
+        return solver
+
+    return install
+
+
+@pytest.mark.parametrize("number", [1, 2, 4])
+def test_an_interrupted_search_ends_the_choice(plugin, number):
+    plugin(number, "interrupt")
+    with pytest.raises(KeyboardInterrupt):
+        select(pair_solver="plug-in")
+
+
+def test_other_solvers_begin_with_the_photos_so_far_and_may_fail_later_but_not_at_first(plugin):
+    solver = plugin(3, "nothing")
+    assert select(pair_solver="plug-in").reconstructable(4.0) >= 0.98
+    assert solver.seen == [False, *solver.seen[1:]]
+    assert len(solver.seen) == 4
+    assert any(solver.seen)
+    plugin(1, "nothing")
+    with pytest.raises(PlannerError, match=r"pair_solver = 'plug-in'.*found no photos in"):
+        select(pair_solver="plug-in")
