@@ -194,6 +194,23 @@ def test_a_bad_file_is_named_in_one_line(tmp_path, name, content, complaint):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("name", "head", "pose", "tail"),
+    [
+        ("poses.csv", f"{HEAD}\n", "1,2,3,4,-45\n", ""),
+        ("shots.json", '{"features":[', "{},", "{}]}"),
+        ("images.txt", "", "1 1 0 0 0 0 0 0 1 a.jpg\n\n", ""),
+    ],
+)
+def test_more_photos_than_can_be_held_against_new_ones_are_refused(
+    tmp_path, name, head, pose, tail
+):
+    path = tmp_path / name
+    path.write_text(head + 20_001 * pose + tail)
+    with pytest.raises(PlannerError, match="more than 20000 photos; leave photos out"):
+        read_poses(path)
+
+
 def test_a_scene_is_read_with_its_photos(tmp_path):
     rng = np.random.default_rng(0)
     level = np.column_stack([rng.uniform(0, 40, (900, 2)), rng.choice([0.0, 6.0], 900)])
