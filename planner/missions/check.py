@@ -100,7 +100,8 @@ class Check:
             return "safe: the plan flies nowhere"
         return (
             f"safe: {self.pieces} pieces proven to stay {self.clearance:.3f} m from everything "
-            f"solid (asked: {self.d_min:.3f} m; nearest in segment {self.piece}); "
+            f"solid by the checker's own, coarser distances (asked: {self.d_min:.3f} m; nearest in "
+            f"segment {self.piece}); "
             f"{self.rows} rows and {self.viewpoints} viewpoints agree, and straight lines from row "
             f"to row stay {self.line_clearance:.3f} m away"
             + (f"; {self.sorties} sorties keep that and their limits" if self.sorties else "")

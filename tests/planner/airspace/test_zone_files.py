@@ -141,3 +141,17 @@ def test_nothing_between_heights_above_steep_ground_is_refused():
     zone = ZoneSettings(kind="keep_in", polygon=corners, bottom=0, top=2, heights="ground")
     with pytest.raises(PlannerError, match=r"rises by 3\.0 m"):
         local_zones(AirspaceSettings(zones=(zone,)), scene())
+
+
+@pytest.mark.parametrize("name", ["urn:ogc:def:crs:OGC:1.3:CRS84", "OGC:CRS84"])
+def test_a_crs_that_says_what_geojson_always_is_changes_nothing(tmp_path, name):
+    plain = {"type": "Polygon", "coordinates": [in_the_world(SQUARE)]}
+    path = tmp_path / "zones.geojson"
+    path.write_text(json.dumps(plain))
+    expected = read_geojson(path)
+    path.write_text(json.dumps({**plain, "crs": {"type": "name", "properties": {"name": name}}}))
+    assert read_geojson(path) == expected
+    other = {"type": "name", "properties": {"name": "EPSG:25832"}}
+    path.write_text(json.dumps({**plain, "crs": other}))
+    with pytest.raises(PlannerError, match=r"zones\.geojson: names a crs other than CRS84"):
+        read_geojson(path)
