@@ -59,7 +59,7 @@ class Prior:
     airspace: Airspace
     positions: Floats
     voxel: float
-    guards: SurfaceSamples
+    guards: SurfaceSamples | None
 
     @property
     def reference(self) -> float:
@@ -103,12 +103,7 @@ def study(source: Scene | str | Path, config: Config, clock: Clock) -> Prior:
             seed=config.seed,
         )
         clock.tell(f"{len(surface.samples):,} samples on {len(surface.mesh):,} triangles")
-        draw = np.random.SeedSequence(config.seed, spawn_key=(_GUARDS,))
-        guards = other_samples(
-            *(surface, scene.ground),
-            settings=config.surface,
-            seeds=draw.generate_state(_DRAWS).tolist(),
-        )
+        guards = _guards(surface, scene, config)
     with clock.stage("quality"):
         samples = score_quality(
             surface.samples, scene.cloud, thinned=surface.thinned, settings=config.quality
@@ -131,6 +126,15 @@ def study(source: Scene | str | Path, config: Config, clock: Clock) -> Prior:
         lack = lack_of_room(airspace, margin=config.flight.margin)
         prior.need(0, f"no position is free and near enough: {lack}")
     return prior
+
+
+def _guards(surface: Surface, scene: Scene, config: Config) -> SurfaceSamples | None:
+    """Other samples of the surface, where the fewest photos for a share are sought by pairs."""
+    if not config.viewpoints.by_pairs or config.viewpoints.budget is not None:
+        return None
+    draw = np.random.SeedSequence(config.seed, spawn_key=(_GUARDS,))
+    seeds = draw.generate_state(_DRAWS).tolist()
+    return other_samples(surface, scene.ground, settings=config.surface, seeds=seeds)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
