@@ -82,8 +82,8 @@ def read_geojson(path: str | Path) -> list[ZoneSettings]:
         raise PlannerError(f"{path}: is not valid JSON ({error}); mend that line") from None
     if isinstance(tree, dict) and tree.get("crs") and "CRS84" not in json.dumps(tree["crs"]):
         raise PlannerError(
-            f"{path}: names a crs other than CRS84, which GeoJSON has no more; export it in longitude "
-            "and latitude (EPSG:4326, without the member crs)"
+            f"{path}: names a crs other than CRS84, which GeoJSON has no more; export it in "
+            "longitude and latitude (EPSG:4326, without the member crs)"
         )
     zones = [
         _zone(rings, properties, f"{path}: polygon {row}")
