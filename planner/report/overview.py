@@ -141,7 +141,14 @@ def draw_overview(
     panels[1].set_yticks([])
     _legend(figure, flights, hull, len(matched))
     if uncovered:
-        panels[0].legend(loc="lower left", fontsize=9, framealpha=0.9, title="not covered")
+        panels[0].legend(
+            loc="upper left",
+            bbox_to_anchor=(0.0, -0.08),
+            ncols=4,
+            fontsize=9,
+            title="not covered",
+            alignment="left",
+        )
     figure.subplots_adjust(left=0.05, right=0.93, top=0.88, bottom=0.15, wspace=0.05)
     bar = figure.add_axes((0.945, 0.15, 0.012, 0.68))
     scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(0.0, 1.0), QUALITY_MAP)
