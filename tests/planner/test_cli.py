@@ -216,7 +216,8 @@ def test_flipped_normals_and_millimetres_give_the_plan_of_the_right_file(
         assert code == 0, captured.err
         counts[name] = json.loads(captured.out)["viewpoints"]["count"]
     assert counts["flipped"] == counts["right"]
-    assert abs(counts["millimetres"] - counts["right"]) <= 2
+    # Rounding sends the search elsewhere; unscaled lengths would give ten times as many photos.
+    assert abs(counts["millimetres"] - counts["right"]) <= 0.25 * counts["right"]
 
 
 def test_solvers_are_listed(monkeypatch, capsys):
