@@ -216,7 +216,7 @@ def test_flipped_normals_and_millimetres_give_the_plan_of_the_right_file(
         assert code == 0, captured.err
         counts[name] = json.loads(captured.out)["viewpoints"]["count"]
     assert counts["flipped"] == counts["right"]
-    # Rounding sends the search elsewhere; unscaled lengths would give ten times as many photos.
+    # Rounding sends the search elsewhere.
     assert abs(counts["millimetres"] - counts["right"]) <= 0.25 * counts["right"]
 
 
