@@ -7,7 +7,7 @@ from planner.geometry.arrays import Bools, Floats, Ints
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.anchors import Anchors
 from planner.viewpoints.camera import Camera
-from planner.viewpoints.graph import LinkRule, ViewGraph, link
+from planner.viewpoints.graph import LinkRule, ViewGraph, fewest_links, link, way_back
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.viewpoints import Viewpoints
 
@@ -171,21 +171,9 @@ def _add(row: int, linked: Bools, there: Bools, part: Ints, degree: Ints) -> Non
 
 def _chain(linked: Bools, there: Bools, part: Ints) -> list[int]:
     """Rows of the pool on the shortest way from the smallest component to any other."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import dijkstra
-
     names, sizes = np.unique(part[there], return_counts=True)
     inside = there & (part == names[np.argmin(sizes)])
     outside = there & ~inside
-    starts = np.flatnonzero(inside)
-    graph = csr_array(linked.astype(np.float64))
-    far, before, _ = dijkstra(
-        graph, indices=starts, return_predecessors=True, unweighted=True, min_only=True
-    )
+    far, before = fewest_links(linked, inside)
     goal = np.flatnonzero(outside)[np.argmin(far[outside])]
-    way: list[int] = []
-    at = int(before[goal])
-    while at >= 0 and not there[at]:
-        way.append(at)
-        at = int(before[at])
-    return way
+    return way_back(before, int(before[goal]), there)

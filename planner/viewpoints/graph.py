@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from planner.geometry.arrays import Ints
+from planner.geometry.arrays import Bools, Floats, Ints
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.anchors import Anchors
 from planner.viewpoints.camera import Camera
@@ -125,3 +125,41 @@ def view_graph(
     component = connected_components(linked, directed=False)[1]
     degree = np.bincount(edges.ravel(), minlength=len(viewpoints))
     return ViewGraph(edges, component.astype(np.int64), degree)
+
+
+def fewest_links(linked: Bools, starts: Bools) -> tuple[Floats, Ints]:
+    """Fewest links from any start to each photo, and the photo before it on the way.
+
+    Parameters
+    ----------
+    linked
+        Which photos match, shape (n, n).
+    starts
+        Where ways begin, shape (n,).
+
+    Returns
+    -------
+    far, before
+        Number of links, infinite where no way leads; and photo, negative where there is none; (n,).
+
+    """
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import dijkstra
+
+    far, before, _ = dijkstra(
+        csr_array(linked.astype(np.float64)),
+        indices=np.flatnonzero(starts),
+        return_predecessors=True,
+        unweighted=True,
+        min_only=True,
+    )
+    return far, before.astype(np.int64)
+
+
+def way_back(before: Ints, at: int, there: Bools) -> list[int]:
+    """Photos from ``at`` on back to, but without, the first one that is ``there`` already."""
+    way: list[int] = []
+    while at >= 0 and not there[at]:
+        way.append(at)
+        at = int(before[at])
+    return way

@@ -13,7 +13,7 @@ from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.anchors import Anchors
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.free_balls import free_balls
-from planner.viewpoints.graph import LinkRule, ViewGraph, link
+from planner.viewpoints.graph import LinkRule, ViewGraph, fewest_links, link, way_back
 from planner.viewpoints.likeness import Likeness, Shown
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.reconstructability import GRAZING
@@ -226,23 +226,10 @@ def _helpful(both: ViewGraph, viewpoints: Viewpoints, pool: Viewpoints, anchors:
 
 def _chain(linked: Bools, ties: Bools, there: Bools, away: Floats) -> list[int]:
     """Rows of the pool on the shortest way from the new photos to an image without a match."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import dijkstra
-
-    far, before, _ = dijkstra(
-        csr_array(linked.astype(np.float64)),
-        indices=np.flatnonzero(there),
-        return_predecessors=True,
-        unweighted=True,
-        min_only=True,
-    )
+    far, before = fewest_links(linked, there)
     further = (ties & ~ties[there].any(axis=0)).sum(axis=1)
     ends = np.flatnonzero((further > 0) & ~there & np.isfinite(far))
     if not len(ends):
         return []
     at = int(ends[np.lexsort((away[ends], -further[ends], far[ends]))[0]])
-    way: list[int] = []
-    while not there[at]:
-        way.append(at)
-        at = int(before[at])
-    return way
+    return way_back(before, at, there)
