@@ -92,11 +92,15 @@ class Ceiling:
         far = (1.0 - v) * self.corners[i + 1, j] + v * self.corners[i + 1, j + 1]
         return np.asarray((1.0 - u) * near + u * far + self.above_ground)
 
+    @property
+    def stretch(self) -> float:
+        """How far under the steepest ceiling a place must be, metres, to be one metre off it."""
+        steps = [np.abs(np.diff(self.corners, axis=axis)).max() / self.cell for axis in (0, 1)]
+        return float(np.sqrt(1.0 + steps[0] ** 2 + steps[1] ** 2))
+
     def margin(self, points: Floats) -> Floats:
         """Lower bound of the signed distance to the ceiling; exact over level terrain."""
-        steps = [np.abs(np.diff(self.corners, axis=axis)).max() / self.cell for axis in (0, 1)]
-        stretch = np.sqrt(1.0 + steps[0] ** 2 + steps[1] ** 2)
-        return np.asarray((self.height(points) - points[:, 2]) / stretch)
+        return np.asarray((self.height(points) - points[:, 2]) / self.stretch)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
