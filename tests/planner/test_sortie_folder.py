@@ -152,6 +152,18 @@ def test_a_missing_or_damaged_file_is_named(folder, name, content):
     assert "\n" not in str(caught.value)
 
 
+def test_a_station_where_nothing_was_scanned_is_told_with_its_distance(planned, written):
+    (station,) = {id(sortie.station): sortie.station for sortie in planned.sorties.flown}.values()
+    away = np.linalg.norm(planned.scene.cloud.xyz - station.pad, axis=1).min()
+    found = [f for f in planned.findings if f.code == "station-outside-scan"]
+    assert [f.number for f in found] == [pytest.approx(away)]
+    assert away > planned.scale.d_min
+    assert f"sorties.stations[0] = (-30, -25) is {away:.1f} m from" in found[0].message
+    assert not found[0].partial
+    told = read_json(written / "report.json")["findings"]
+    assert "station-outside-scan" in {finding["code"] for finding in told}
+
+
 def test_sorties_that_nobody_asked_for_are_noticed(folder):
     text = (folder / "config.toml").read_text()
     (folder / "config.toml").write_text(
@@ -165,7 +177,7 @@ def test_sorties_that_nobody_asked_for_are_noticed(folder):
     ("setting", "complaint"),
     [
         ("sorties.endurance_seconds=20.0", "s are needed"),
-        ("sorties.stations=[[900.0,0.0]]", "outside of the space that is known"),
+        ("sorties.stations=[[900.0,0.0]]", "outside of the space in which"),
         ("sorties.stations=[[0.0,0.0]]", None),
     ],
 )
