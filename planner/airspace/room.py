@@ -1,11 +1,11 @@
 """Whether zones do what they were drawn for, and what is missing where nothing is free."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner.airspace.airspace import Airspace
-from planner.airspace.zones import Ceiling, Prism, Zones, signed_distance_to_polygon
+from planner.airspace.zones import Ceiling, Prism, signed_distance_to_polygon
 from planner.config import FLIGHT_MARGIN
 from planner.findings import Finding
 from planner.geometry.arrays import Floats
@@ -51,7 +51,7 @@ def idle_zones(airspace: Airspace) -> tuple[Finding, ...]:
     found = []
     for row, prism in enumerate(airspace.zones.prisms):
         away = _distance_to_box(prism, *airspace.bounds)
-        if away > 0.0:
+        if away > (airspace.zones.kept if prism.kind == "keep_out" else 0.0):
             message = (
                 f"zone {prism.name or row!r} ({prism.kind}) lies {away:.1f} m away from all places "
                 "that could be flown to, so it changes nothing; are its coordinates right?"
@@ -61,7 +61,8 @@ def idle_zones(airspace: Airspace) -> tuple[Finding, ...]:
             )
             found.append(Finding("airspace", "zone-meets-nothing", message, away, partial=False))
     ceiling = airspace.zones.ceiling
-    if ceiling is not None and (over := _height_over_box(ceiling, *airspace.bounds)) > 0.0:
+    over = 0.0 if ceiling is None else _height_over_box(ceiling, *airspace.bounds)
+    if ceiling is not None and over > airspace.zones.kept * ceiling.stretch:
         message = (
             f"airspace.ceiling {ceiling.above_ground:g} m lies {over:.1f} m above all places that "
             "could be flown to, so it changes nothing; it is metres above the ground under the "
@@ -93,13 +94,14 @@ def lack_of_room(airspace: Airspace, *, margin: float = FLIGHT_MARGIN) -> str:
         return f"{where} has {room.spare:.2f} m to spare where flight.margin keeps {margin:g} m"
     if room.spare >= 0.0:
         return f"{where} has {room.spare:.2f} m to spare, but is too far from the scene"
-    ceiling = airspace.ceiling
+    ceiling, kept = airspace.ceiling, airspace.zones.kept
     if ceiling is not None and ceiling < airspace.d_min:
-        lack = airspace.d_min - ceiling
+        lack = airspace.d_min + kept - ceiling
         return f"airspace.ceiling {ceiling:.4g} m is under d_min; raise it by over {lack:.2f} m"
     if ceiling is not None and np.isfinite(lack := _lack_of_height(airspace, margin)):
         return f"airspace.ceiling {ceiling:.4g} m forbids all; raise it by over {lack:.2f} m"
-    return f"{where} lacks {-room.spare:.2f} m between solids and zones"
+    lacks = f"{where} lacks {-room.spare:.2f} m between solids and zones"
+    return f"{lacks}, from which airspace.zone_margin keeps {kept:g} m" if kept else lacks
 
 
 def _solids_on_lattice(airspace: Airspace) -> tuple[Floats, Floats]:
@@ -118,8 +120,9 @@ def _lack_of_height(airspace: Airspace, margin: float) -> float:
     ceiling = airspace.zones.ceiling
     assert ceiling is not None
     at, solids = _solids_on_lattice(airspace)
-    free = np.minimum(solids, Zones(airspace.zones.prisms).margin(at)) >= margin
-    lack = (margin - ceiling.margin(at[free])) * ceiling.stretch
+    zones = replace(airspace.zones, ceiling=None)
+    free = np.minimum(solids, zones.margin(at)) >= margin
+    lack = (margin + zones.kept - ceiling.margin(at[free])) * ceiling.stretch
     return float(lack.min(initial=np.inf))
 
 

@@ -43,7 +43,7 @@ class Place(Protocol):
         """Signed distance to solids, shape (m,), metres."""
 
     def zone_margin(self, points: Floats) -> Floats:
-        """Signed distance to zones, shape (m,), metres, infinite without any."""
+        """Signed distance to zones beyond what is kept, (m,), metres, infinite without any."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -189,7 +189,8 @@ def _station(  # noqa: PLR0917 - one call
         what = (
             f"solids leave {best:.2f} m of room where d_min {d_min:.2f} m is kept"
             if best < kept
-            else f"zones or the ceiling leave {widest:.2f} m where {SPARE * margin:.3f} m are kept"
+            else f"zones or the ceiling leave {widest:.2f} m beyond airspace.zone_margin, where "
+            f"{SPARE * margin:.3f} m are kept"
         )
         raise PlannerError(f"{name}: flight can begin nowhere above it ({what}); {remedy}")
     station = Station(pad, above[int(np.argmax(free))])
@@ -202,7 +203,8 @@ def _station(  # noqa: PLR0917 - one call
     inside = shortfall_of_zones(station, airspace.zone_margin)
     if inside is not None:
         raise PlannerError(
-            f"{name}: its climb enters a zone by {-inside:.2f} m; move it or change the zone"
+            f"{name}: its climb is {-inside:.2f} m too far into a zone or what "
+            "airspace.zone_margin keeps from it; move it or change the zone"
         )
     return station
 

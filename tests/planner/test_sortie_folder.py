@@ -164,6 +164,21 @@ def test_a_station_where_nothing_was_scanned_is_told_with_its_distance(planned, 
     assert "station-outside-scan" in {finding["code"] for finding in told}
 
 
+def test_a_climb_that_comes_too_near_to_a_zone_is_noticed(folder, planned):
+    x, y, z = planned.sorties.flown[0].station.pad
+    post = [[x + 1.0, y - 1.0], [x + 2.0, y - 1.0], [x + 2.0, y + 1.0], [x + 1.0, y + 1.0]]
+    zone = {"kind": "keep_out", "polygon": post, "bottom": None, "top": z + 0.2, "name": "post"}
+    with np.load(folder / "airspace.npz") as stored:
+        arrays = {**stored, "zones": np.array(json.dumps([zone]))}
+
+    def climbs(kept):
+        np.savez(folder / "airspace.npz", **{**arrays, "zone_margin": np.array(kept)})
+        return [p for p in check_folder(folder).problems if "the climb at station 0" in p]
+
+    assert not climbs(0.9)
+    assert climbs(1.1)[0].endswith("too far into a zone or what is kept from it")
+
+
 def test_sorties_that_nobody_asked_for_are_noticed(folder):
     text = (folder / "config.toml").read_text()
     (folder / "config.toml").write_text(

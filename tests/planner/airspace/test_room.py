@@ -126,6 +126,28 @@ def test_everything_forbidden_is_said_with_what_is_missing(place):
     assert f"lacks {-room.spare:.2f} m" in lack_of_room(space)
 
 
+def test_what_only_its_margin_reaches_is_no_idle_zone(place):
+    beside = airspace(place).high[0] + 3.0
+    zone = ZoneSettings(polygon=rectangle(beside, 0, beside + 10, 10))
+    assert len(idle_zones(airspace(place, zones=(zone,), zone_margin=2.9))) == 1
+    assert idle_zones(airspace(place, zones=(zone,), zone_margin=3.1)) == ()
+    level = replace(place, ground=Ground(np.zeros((4, 4)), np.full(2, -50.0), 25.0))
+    top = airspace(level).high[2]
+    assert len(idle_zones(airspace(level, ceiling=top + 3.0, zone_margin=2.9))) == 1
+    assert idle_zones(airspace(level, ceiling=top + 3.0, zone_margin=3.1)) == ()
+
+
+def test_a_margin_of_zones_that_takes_all_room_is_named(place):
+    fence = ZoneSettings(kind="keep_in", polygon=rectangle(-30, -30, 30, 30))
+    space = airspace(place, zones=(fence,), zone_margin=40.0)
+    assert lack_of_room(space).endswith(", from which airspace.zone_margin keeps 40 m")
+    level = replace(place, ground=Ground(np.zeros((4, 4)), np.full(2, -50.0), 25.0))
+    under = lack_of_room(airspace(level, ceiling=2.0, zone_margin=4.0))
+    assert under == "airspace.ceiling 2 m is under d_min; raise it by over 5.00 m"
+    over = lack_of_room(airspace(level, ceiling=5.0, zone_margin=4.0), margin=0.0)
+    assert over.startswith("airspace.ceiling 5 m forbids all; raise it by over 2.")
+
+
 def test_room_that_only_the_margin_takes_is_named(place):
     space = airspace(place)
     margin = roomiest(space).spare + 1.0
