@@ -143,6 +143,7 @@ class ZoneSettings(_Settings):
 class AirspaceSettings(_Settings):
     """No-fly hull and zones. ``ceiling`` is metres above the ground under the drone.
 
+    ``zone_margin`` is kept from all zones and from the ceiling, metres, beyond ``flight.margin``.
     ``zone_files`` are GeoJSON files whose polygons are zones too, with ``kind``, ``bottom`` and
     ``top`` as properties, heights above ground.
     ``beyond`` is how far outside of the scene's box flight is considered, metres (``None``: d_max);
@@ -157,6 +158,7 @@ class AirspaceSettings(_Settings):
     """
 
     ceiling: float | None = Field(default=None, gt=0.0)
+    zone_margin: float = Field(default=0.0, ge=0.0)
     zones: tuple[ZoneSettings, ...] = ()
     zone_files: tuple[str, ...] = ()
     beyond: float | None = Field(default=None, gt=0.0)

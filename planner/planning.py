@@ -20,7 +20,7 @@ from planner.route.order import Route
 from planner.scale import Scale
 from planner.scene.scene import Scene
 from planner.sorties.sorties import Sorties
-from planner.sorties.station import find_stations
+from planner.sorties.station import find_stations, outside_scan
 from planner.surface.samples import ScoredSamples, Surface
 from planner.viewpoints.selection import Selection
 from planner.viewpoints.viewpoints import Viewpoints
@@ -184,6 +184,7 @@ def plan(
         lost=tried.lost,
         findings=(
             *idle_zones(prior.airspace),
+            *outside_scan(stations, prior.airspace.obstacle_distance, prior.scale.d_min),
             *tried.selection.findings,
             *tried.findings,
             *(limit.findings if limit is not None else ()),

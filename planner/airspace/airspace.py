@@ -44,7 +44,7 @@ class Airspace:
     ground
         Terrain heights by cell.
     zones
-        Prisms and ceiling.
+        Prisms, ceiling, and what is kept from them.
     occupancy
         Grid of what the open sky reaches.
     d_min, d_max
@@ -230,9 +230,10 @@ class Airspace:
         return self._points.distance(points)
 
     def zone_margin(self, points: Floats) -> Floats:
-        """Signed margin of points, (m, 3), to zones, metres; negative is forbidden.
+        """Signed margin of points, (m, 3), beyond what is kept from zones; negative is forbidden.
 
-        Changes by at most a metre a metre; infinite without zones, minus infinity if not finite.
+        Metres; changes by at most a metre a metre; infinite without zones, minus infinity if not
+        finite.
         """
         points = np.asarray(points, dtype=np.float64)
         margin = np.full(len(points), -np.inf)
@@ -368,7 +369,7 @@ def build_airspace(
         parts=np.array([len(part) for part in parts]),
         obstacles=solids.points,
         ground=scene.ground,
-        zones=zones(settings.zones, settings.ceiling, scene.ground),
+        zones=zones(settings.zones, settings.ceiling, scene.ground, kept=settings.zone_margin),
         occupancy=solids.occupancy,
         d_min=d_min,
         d_max=d_max,

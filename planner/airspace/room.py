@@ -1,11 +1,11 @@
 """Whether zones do what they were drawn for, and what is missing where nothing is free."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner.airspace.airspace import Airspace
-from planner.airspace.zones import Prism, signed_distance_to_polygon
+from planner.airspace.zones import Ceiling, Prism, signed_distance_to_polygon
 from planner.config import FLIGHT_MARGIN
 from planner.findings import Finding
 from planner.geometry.arrays import Floats
@@ -35,7 +35,7 @@ class Room:
 
 
 def idle_zones(airspace: Airspace) -> tuple[Finding, ...]:
-    """Zones that meet nothing of the space in which flight is considered.
+    """Zones, and a ceiling, that meet nothing of the space in which flight is considered.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def idle_zones(airspace: Airspace) -> tuple[Finding, ...]:
     found = []
     for row, prism in enumerate(airspace.zones.prisms):
         away = _distance_to_box(prism, *airspace.bounds)
-        if away > 0.0:
+        if away > (airspace.zones.kept if prism.kind == "keep_out" else 0.0):
             message = (
                 f"zone {prism.name or row!r} ({prism.kind}) lies {away:.1f} m away from all places "
                 "that could be flown to, so it changes nothing; are its coordinates right?"
@@ -60,18 +60,21 @@ def idle_zones(airspace: Airspace) -> tuple[Finding, ...]:
                 "so nothing is free; are its coordinates right?"
             )
             found.append(Finding("airspace", "zone-meets-nothing", message, away, partial=False))
+    ceiling = airspace.zones.ceiling
+    over = 0.0 if ceiling is None else _height_over_box(ceiling, *airspace.bounds)
+    if ceiling is not None and over > airspace.zones.kept * ceiling.stretch:
+        message = (
+            f"airspace.ceiling {ceiling.above_ground:g} m lies {over:.1f} m above all places that "
+            "could be flown to, so it changes nothing; it is metres above the ground under the "
+            "drone, not above the sea"
+        )
+        found.append(Finding("airspace", "ceiling-meets-nothing", message, over, partial=False))
     return tuple(found)
 
 
 def roomiest(airspace: Airspace) -> Room:
     """Look for the place with most room on a lattice over the whole airspace."""
-    low, high = airspace.bounds
-    step = float(np.cbrt(np.prod(high - low) / _LOOKS))
-    axes = [
-        np.arange(a + 0.5 * step, max(b, a + step), step) for a, b in zip(low, high, strict=True)
-    ]
-    at = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    solids = airspace.clearance_range(at)[0] - airspace.d_min
+    at, solids = _solids_on_lattice(airspace)
     zones = airspace.zone_margin(at)
     spare = np.minimum(solids, zones)
     best = int(spare.argmax())
@@ -91,11 +94,48 @@ def lack_of_room(airspace: Airspace, *, margin: float = FLIGHT_MARGIN) -> str:
         return f"{where} has {room.spare:.2f} m to spare where flight.margin keeps {margin:g} m"
     if room.spare >= 0.0:
         return f"{where} has {room.spare:.2f} m to spare, but is too far from the scene"
-    ceiling = airspace.ceiling
+    ceiling, kept = airspace.ceiling, airspace.zones.kept
     if ceiling is not None and ceiling < airspace.d_min:
-        lack = airspace.d_min - ceiling
+        lack = airspace.d_min + kept - ceiling
         return f"airspace.ceiling {ceiling:.4g} m is under d_min; raise it by over {lack:.2f} m"
-    return f"{where} lacks {-room.spare:.2f} m between solids and zones"
+    if ceiling is not None and np.isfinite(lack := _lack_of_height(airspace, margin)):
+        return f"airspace.ceiling {ceiling:.4g} m forbids all; raise it by over {lack:.2f} m"
+    lacks = f"{where} lacks {-room.spare:.2f} m between solids and zones"
+    return f"{lacks}, from which airspace.zone_margin keeps {kept:g} m" if kept else lacks
+
+
+def _solids_on_lattice(airspace: Airspace) -> tuple[Floats, Floats]:
+    """Places all over an airspace, shape (n, 3), and their room beyond ``d_min``, shape (n,)."""
+    low, high = airspace.bounds
+    step = float(np.cbrt(np.prod(high - low) / _LOOKS))
+    axes = [
+        np.arange(a + 0.5 * step, max(b, a + step), step) for a, b in zip(low, high, strict=True)
+    ]
+    at = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return at, airspace.clearance_range(at)[0] - airspace.d_min
+
+
+def _lack_of_height(airspace: Airspace, margin: float) -> float:
+    """By how much to raise the ceiling until a place is free; infinite if none would be."""
+    ceiling = airspace.zones.ceiling
+    assert ceiling is not None
+    at, solids = _solids_on_lattice(airspace)
+    zones = replace(airspace.zones, ceiling=None)
+    free = np.minimum(solids, zones.margin(at)) >= margin
+    lack = (margin + zones.kept - ceiling.margin(at[free])) * ceiling.stretch
+    return float(lack.min(initial=np.inf))
+
+
+def _height_over_box(ceiling: Ceiling, low: Floats, high: Floats) -> float:
+    """Height of the lowest place of a ceiling over a box, metres above the box's top; exact."""
+    lines = [
+        np.unique(np.clip(origin + ceiling.cell * np.arange(count), a, b).tolist() + [a, b])
+        for origin, count, a, b in zip(
+            ceiling.origin, ceiling.corners.shape, low[:2], high[:2], strict=True
+        )
+    ]  # between them it is bilinear, so lowest at a crossing
+    at = np.stack(np.meshgrid(*lines, [high[2]], indexing="ij"), axis=-1).reshape(-1, 3)
+    return float(ceiling.height(at).min() - high[2])
 
 
 def _distance_to_box(prism: Prism, low: Floats, high: Floats) -> float:

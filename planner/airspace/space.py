@@ -23,7 +23,7 @@ class Space(Protocol):
         """Lowest and highest value that the clearance may have, each (m,), metres; cheap."""
 
     def zone_margin(self, points: Floats) -> Floats:
-        """Signed distance to zones, shape (m,), metres, infinite without any."""
+        """Signed distance to zones beyond what is kept, (m,), metres, infinite without any."""
 
     def capsule_clearance_at_least(self, a: Floats, b: Floats, radius: float) -> bool:
         """Whether no solid lies within ``radius`` of the segment, exact."""

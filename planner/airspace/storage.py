@@ -17,7 +17,7 @@ from planner.scene.scene import Ground
 
 _MOST = 50_000_000  # rows of any array
 _FARTHEST = 1e7  # metres from the local origin
-_NUMBERS = ("ground_cell", "ceiling", "d_min", "d_max")
+_NUMBERS = ("ground_cell", "ceiling", "zone_margin", "d_min", "d_max")
 _SHAPES: dict[str, tuple[int | None, ...]] = {
     "vertices": (None, 3),
     "triangles": (None, 3),
@@ -48,7 +48,7 @@ class StoredAirspace:
     ground
         Terrain heights by cell.
     zones
-        Prisms and ceiling.
+        Prisms, ceiling, and what is kept from them.
     d_min, d_max
         Least clearance, and the farthest that a photo is taken from, metres.
     low, high
@@ -98,6 +98,7 @@ def write_arrays(stored: StoredAirspace) -> dict[str, NDArray[Any]]:
         "ground_cell": np.array(stored.ground.cell),
         "zones": np.array(json.dumps([_prism_record(prism) for prism in stored.zones.prisms])),
         "ceiling": np.array(math.inf if ceiling is None else ceiling.above_ground),
+        "zone_margin": np.array(stored.zones.kept),
         "d_min": np.array(stored.d_min),
         "d_max": np.array(stored.d_max),
         "low": stored.low,
@@ -147,7 +148,9 @@ def read_arrays(
             parts=parts,
             obstacles=values["obstacles"],
             ground=ground,
-            zones=_zones(arrays, float(values["ceiling"]), ground, name),
+            zones=_zones(
+                arrays, float(values["ceiling"]), float(values["zone_margin"]), ground, name
+            ),
             d_min=d_min,
             d_max=d_max,
             low=values["low"],
@@ -191,8 +194,11 @@ def _prism_record(prism: Prism) -> dict[str, Any]:
     }
 
 
-def _zones(arrays: Mapping[str, NDArray[Any]], ceiling: float, ground: Ground, name: str) -> Zones:
-    """Prisms from their JSON text, and the ceiling."""
+def _zones(
+    arrays: Mapping[str, NDArray[Any]], ceiling: float, kept: float, ground: Ground, name: str
+) -> Zones:
+    """Prisms from their JSON text, the ceiling, and what is kept from them."""
+    _need(kept >= 0.0, name, f"zone_margin {kept}")
     if "zones" not in arrays:
         raise PlannerError(_complaint(name, "zones is missing"))
     try:
@@ -212,9 +218,9 @@ def _zones(arrays: Mapping[str, NDArray[Any]], ceiling: float, ground: Ground, n
     except (KeyError, TypeError, ValueError) as error:
         raise PlannerError(_complaint(name, f"zones cannot be read ({error})")) from error
     if math.isinf(ceiling):
-        return Zones(prisms)
+        return Zones(prisms, kept=kept)
     _need(ceiling > 0.0, name, f"ceiling {ceiling}")
-    return Zones(prisms, ceiling_over(ground, ceiling))
+    return Zones(prisms, ceiling_over(ground, ceiling), kept)
 
 
 def _need(holds: object, name: str, what: str) -> None:

@@ -92,11 +92,15 @@ class Ceiling:
         far = (1.0 - v) * self.corners[i + 1, j] + v * self.corners[i + 1, j + 1]
         return np.asarray((1.0 - u) * near + u * far + self.above_ground)
 
+    @property
+    def stretch(self) -> float:
+        """How far under the steepest ceiling a place must be, metres, to be one metre off it."""
+        steps = [np.abs(np.diff(self.corners, axis=axis)).max() / self.cell for axis in (0, 1)]
+        return float(np.sqrt(1.0 + steps[0] ** 2 + steps[1] ** 2))
+
     def margin(self, points: Floats) -> Floats:
         """Lower bound of the signed distance to the ceiling; exact over level terrain."""
-        steps = [np.abs(np.diff(self.corners, axis=axis)).max() / self.cell for axis in (0, 1)]
-        stretch = np.sqrt(1.0 + steps[0] ** 2 + steps[1] ** 2)
-        return np.asarray((self.height(points) - points[:, 2]) / stretch)
+        return np.asarray((self.height(points) - points[:, 2]) / self.stretch)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,24 +113,31 @@ class Zones:
         In the order of the settings.
     ceiling
         ``None`` where there is none.
+    kept
+        Distance that is kept from all of them, metres, not negative.
 
     """
 
     prisms: tuple[Prism, ...] = ()
     ceiling: Ceiling | None = None
+    kept: float = 0.0
 
-    def margin(self, points: Floats) -> Floats:
-        """Signed margin of each point, shape (N, 3): metres, negative is forbidden.
+    def distance(self, points: Floats) -> Floats:
+        """Signed distance of points, shape (N, 3), to all zones, metres; negative is inside.
 
         Changes by at most a metre a metre, so that it bounds itself around each point; infinite
         without any zone.
         """
-        margin = np.full(len(points), np.inf)
+        distance = np.full(len(points), np.inf)
         for prism in self.prisms:
-            margin = np.minimum(margin, prism.margin(points))
+            distance = np.minimum(distance, prism.margin(points))
         if self.ceiling is not None:
-            margin = np.minimum(margin, self.ceiling.margin(points))
-        return margin
+            distance = np.minimum(distance, self.ceiling.margin(points))
+        return distance
+
+    def margin(self, points: Floats) -> Floats:
+        """The same beyond what is kept, metres; negative is forbidden."""
+        return self.distance(points) - self.kept
 
     def margin_at_least(self, a: Floats, b: Floats, margin: float) -> bool:
         """Prove that the margin along the whole segment ``ab`` is at least ``margin`` metres.
@@ -150,7 +161,9 @@ class Zones:
         return True
 
 
-def zones(settings: Sequence[ZoneSettings], ceiling: float | None, ground: Ground) -> Zones:
+def zones(
+    settings: Sequence[ZoneSettings], ceiling: float | None, ground: Ground, *, kept: float = 0.0
+) -> Zones:
     """Zones as the settings give them.
 
     Parameters
@@ -161,6 +174,8 @@ def zones(settings: Sequence[ZoneSettings], ceiling: float | None, ground: Groun
         Highest flight above the terrain, metres, or ``None``.
     ground
         Terrain that the ceiling is above.
+    kept
+        Distance that is kept from zones and ceiling, metres.
 
     Returns
     -------
@@ -178,7 +193,7 @@ def zones(settings: Sequence[ZoneSettings], ceiling: float | None, ground: Groun
         )
         for zone in settings
     )
-    return Zones(prisms, None if ceiling is None else ceiling_over(ground, ceiling))
+    return Zones(prisms, None if ceiling is None else ceiling_over(ground, ceiling), kept)
 
 
 def ceiling_over(ground: Ground, above_ground: float, *, steepest: float = 0.5) -> Ceiling:

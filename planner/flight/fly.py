@@ -148,7 +148,7 @@ def _free_rows(
         if not clearance[k] >= required:
             reason = f"is {clearance[k]:.4f} m from solids where {required:.4f} m are kept"
         elif not zones[k] >= margin:
-            reason = f"is {zones[k]:.4f} m from zones or the ceiling where {margin:.4f} m are kept"
+            reason = f"lacks {margin - zones[k]:.4f} m to zones or the ceiling"
         elif not beyond[k] <= 0.0:
             reason = f"is {beyond[k]:.3f} m beyond the space that is known"
         else:

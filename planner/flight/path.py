@@ -39,7 +39,8 @@ class FlightPath:
     clearance
         Proven lower bound of the distance to solids along the piece, shape (M,), metres.
     zone_margin
-        Proven lower bound of the distance to zones, shape (M,), metres, infinite without any.
+        Proven lower bound of the distance to zones beyond what is kept from them, shape (M,),
+        metres, infinite without any.
 
     Raises
     ------

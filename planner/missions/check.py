@@ -118,9 +118,9 @@ def check_folder(
     """Prove a written plan from its files alone.
 
     Every row of ``path.csv`` is worked out again from ``path.json`` (to 1 mm), the viewpoints are
-    found on the curve, and the whole curve is proven to keep ``d_min`` from the solids, from the
-    raw points and out of the zones: by a distance field and a KD-tree, and halving of the curve
-    under a Lipschitz bound, none of which took part in planning.
+    found on the curve, and the whole curve is proven to keep ``d_min`` from the solids and from the
+    raw points, and ``zone_margin`` from the zones: by a distance field and a KD-tree, and halving
+    of the curve under a Lipschitz bound, none of which took part in planning.
 
     Parameters
     ----------
@@ -256,8 +256,14 @@ def _agreement_problems(
         )
     ceiling = stored.zones.ceiling
     above = None if ceiling is None else ceiling.above_ground
-    if len(stored.zones.prisms) != len(config.airspace.zones) or above != config.airspace.ceiling:
+    wanted_zones = config.airspace
+    if len(stored.zones.prisms) != len(wanted_zones.zones) or above != wanted_zones.ceiling:
         problems.append(f"{folder / 'airspace.npz'}: zones or ceiling are not those of config.toml")
+    if stored.zones.kept != wanted_zones.zone_margin:
+        problems.append(
+            f"{folder / 'airspace.npz'}: zone_margin is {stored.zones.kept:g}, but "
+            f"{wanted_zones.zone_margin:g} in config.toml"
+        )
     if len(path):
         middle = bezier.evaluate(path.controls, np.full(len(path), 0.5))
         bold = np.flatnonzero(path.clearance > field.clearance(middle) + SAME_METRES)

@@ -16,6 +16,8 @@ SAME_DEGREES = 1e-2
 TIGHT = 0.02
 """How tight the bound of the lines from row to row is, as a share of ``d_min``."""
 
+_ZONES = "a zone or the ceiling"
+
 
 def row_faults(
     table: Path, rows: Floats, wanted: Floats, *, first_line: int, source: str
@@ -65,14 +67,15 @@ def line_faults(
     xyz, tolerance = rows[:, 1:4], TIGHT * field.d_min
     solid = prove_lines(xyz, field.clearance, field.d_min, tolerance=tolerance)
     raw = prove_lines(xyz, field.raw_distance, field.d_min, tolerance=tolerance)
-    zones = prove_lines(xyz, stored.zones.margin, 0.0, tolerance=tolerance)
+    kept = stored.zones.kept
+    zones = prove_lines(xyz, stored.zones.distance, kept, tolerance=tolerance)
     faults = [
         f"{table}: line {row + 1 + first_line}: the straight line to it comes within "
         f"{distance:.3f} m of {what}; {needed:.3f} m is asked for"
         for proof, what, needed in (
             (solid, "anything solid", field.d_min),
             (raw, "a point of the coarse model", field.d_min),
-            (zones, "its zones' allowance", 0.0),
+            (zones, _ZONES, kept),
         )
         for row, distance in zip(proof.violated, proof.distance, strict=True)
     ]
@@ -85,10 +88,10 @@ def curve_faults(
     """Prove a curve against solids, raw points and zones, with a sentence a fault."""
     solid = prove_distance(controls, field.clearance, field.d_min)
     raw = prove_distance(controls, field.raw_distance, field.d_min)
-    zones = prove_distance(controls, stored.zones.margin, 0.0)
+    zones = prove_distance(controls, stored.zones.distance, stored.zones.kept)
     faults = _near(solid, "anything solid", field.d_min, name)
     faults += _near(raw, "a point of the coarse model", field.d_min, name)
-    faults += _near(zones, "its zones' allowance", 0.0, name)
+    faults += _near(zones, _ZONES, stored.zones.kept, name)
     return solid, raw, zones, faults
 
 

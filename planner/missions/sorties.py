@@ -217,7 +217,10 @@ def _climb_faults(
         )
     inside = shortfall_of_zones(station, stored.zones.margin)
     if inside is not None:
-        faults.append(f"{path}: the climb at station {number} enters a zone by {-inside:.2f} m")
+        faults.append(
+            f"{path}: the climb at station {number} is {-inside:.2f} m too far into a zone or what "
+            "is kept from it"
+        )
     return faults
 
 

@@ -62,6 +62,8 @@ def summary(plan: "Plan") -> dict[str, Any]:
     """
     path, route, selection = plan.flight.path, plan.route, plan.selection
     smallest = int(np.argmin(path.clearance)) if len(path) else -1
+    kept = plan.config.airspace.zone_margin
+    zone_margin = float(path.zone_margin.min(initial=np.inf)) + kept
     return {
         "name": plan.scene.name,
         "status": str(plan.status),
@@ -116,7 +118,7 @@ def summary(plan: "Plan") -> dict[str, Any]:
             "duration": plan.timeline.duration,
             "certified_clearance": float(path.clearance[smallest]) if len(path) else None,
             "smallest_clearance_piece": smallest,
-            "certified_zone_margin": _finite(float(path.zone_margin.min())) if len(path) else None,
+            "certified_zone_margin": _finite(zone_margin) if len(path) else None,
         },
         "motion": _motion(plan),
         "sorties": None
@@ -127,6 +129,7 @@ def summary(plan: "Plan") -> dict[str, Any]:
             "d_max": plan.scale.d_max,
             "zones": len(plan.config.airspace.zones),
             "ceiling": plan.config.airspace.ceiling,
+            "zone_margin": kept,
             "unknown": plan.config.airspace.unknown,
         },
         "findings": [

@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from planner.errors import PlannerError
+from planner.findings import Finding
 from planner.flight.path import JOINT_DECIMALS
 from planner.geometry.arrays import Floats, read_only
 
@@ -42,7 +43,7 @@ class Place(Protocol):
         """Signed distance to solids, shape (m,), metres."""
 
     def zone_margin(self, points: Floats) -> Floats:
-        """Signed distance to zones, shape (m,), metres, infinite without any."""
+        """Signed distance to zones beyond what is kept, (m,), metres, infinite without any."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -167,7 +168,7 @@ def _station(  # noqa: PLR0917 - one call
     beyond = float(np.maximum(low - [x, y, low[2]], [x, y, high[2]] - high).max())
     if beyond > 0.0:
         raise PlannerError(
-            f"{name}: is {beyond:.1f} m outside of the space that is known; "
+            f"{name}: is {beyond:.1f} m outside of the space in which flight is considered; "
             f"move it or raise airspace.beyond by that much"
         )
     z = float(point[2]) if len(point) > 2 else float(height(point[None, :2])[0])
@@ -178,7 +179,8 @@ def _station(  # noqa: PLR0917 - one call
     above = np.round(pad + heights[:, None] * np.array([0.0, 0.0, 1.0]), JOINT_DECIMALS)
     if not len(above):
         raise PlannerError(
-            f"{name}: is at {z:.1f} m, where space is known up to {high[2]:.1f} m only; move it"
+            f"{name}: is at {z:.1f} m, where flight is considered up to {high[2]:.1f} m only; "
+            "move it"
         )
     room, zones = airspace.clearance(above), airspace.zone_margin(above)
     free = (room >= kept) & (zones >= SPARE * margin)
@@ -187,7 +189,8 @@ def _station(  # noqa: PLR0917 - one call
         what = (
             f"solids leave {best:.2f} m of room where d_min {d_min:.2f} m is kept"
             if best < kept
-            else f"zones or the ceiling leave {widest:.2f} m where {SPARE * margin:.3f} m are kept"
+            else f"zones or the ceiling leave {widest:.2f} m beyond airspace.zone_margin, where "
+            f"{SPARE * margin:.3f} m are kept"
         )
         raise PlannerError(f"{name}: flight can begin nowhere above it ({what}); {remedy}")
     station = Station(pad, above[int(np.argmax(free))])
@@ -200,9 +203,48 @@ def _station(  # noqa: PLR0917 - one call
     inside = shortfall_of_zones(station, airspace.zone_margin)
     if inside is not None:
         raise PlannerError(
-            f"{name}: its climb enters a zone by {-inside:.2f} m; move it or change the zone"
+            f"{name}: its climb is {-inside:.2f} m too far into a zone or what "
+            "airspace.zone_margin keeps from it; move it or change the zone"
         )
     return station
+
+
+def outside_scan(
+    stations: Sequence[Station], distance: Callable[[Floats], Floats], d_min: float
+) -> tuple[Finding, ...]:
+    """Stations that nothing was scanned near to: their ground and what stands there are guessed.
+
+    Parameters
+    ----------
+    stations
+        In the order of the settings.
+    distance
+        Distance from points (m, 3) to the nearest raw point, metres.
+    d_min
+        Distance up to which a pad counts as scanned, metres.
+
+    Returns
+    -------
+    findings
+        One a station, its number the distance from the nearest raw point, metres.
+
+    """
+    if not stations:
+        return ()
+    pads = np.stack([station.pad for station in stations])
+    return tuple(
+        Finding(
+            "sorties",
+            "station-outside-scan",
+            f"sorties.stations[{number}] = ({x:g}, {y:g}) is {away:.1f} m from the nearest point "
+            f"of the scan: its ground is only assumed, at {z:.1f} m, and what stands there is not "
+            "known; see that it is level and clear, or move it to where the scan has points",
+            float(away),
+            partial=False,
+        )
+        for number, ((x, y, z), away) in enumerate(zip(pads, distance(pads), strict=True))
+        if away > d_min
+    )
 
 
 def shortfall_of_zones(station: Station, margin: Callable[[Floats], Floats]) -> float | None:

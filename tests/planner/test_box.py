@@ -35,22 +35,65 @@ def test_without_walls_it_is_the_rectangle_of_least_area(azimuth, seed):
     assert box.size[0] * box.size[1] <= min(areas) * (1 + 1e-9)
 
 
-@pytest.mark.parametrize("azimuth_deg", [0.0, 0.2, 17.3, 44.9, 45.0, 89.9, 133.0])
-def test_it_follows_the_walls_and_not_the_crop(azimuth_deg):
-    """Walls at one azimuth among noise, in a crop that lies otherwise."""
-    rng = np.random.default_rng(4)
-    xyz = rng.random((500, 3)) * [80, 80, 20]
+def walls_at(azimuth_deg, seed=4):
+    """Normals of walls at one azimuth, of roofs and of trees."""
+    rng = np.random.default_rng(seed)
     quarter = rng.integers(0, 4, 800) * 0.5 * np.pi
     angle = np.radians(azimuth_deg) + quarter + rng.normal(0, np.radians(2.0), 800)
     walls = np.column_stack([np.cos(angle), np.sin(angle), rng.normal(0, 0.1, 800)])
     roofs = np.tile([0.0, 0.0, 1.0], (3_000, 1))
     trees = rng.normal(size=(400, 3))
     trees /= np.linalg.norm(trees, axis=1, keepdims=True)
-    box = bounding_box(xyz, np.concatenate([walls, roofs, trees]))
+    return np.concatenate([walls, roofs, trees])
+
+
+def tile(width, depth, *, seed=4):
+    """Points of a rectangular tile, corners included."""
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    inside = np.random.default_rng(seed).random((500, 3))
+    return np.concatenate([corners, inside]) * [width, depth, 20.0]
+
+
+def azimuth_of(box):
+    return np.degrees(np.arctan2(box.axes[0, 1], box.axes[0, 0]))
+
+
+@pytest.mark.parametrize("azimuth_deg", [0.0, 0.2, 17.3, 44.9, 45.0, 89.9, 133.0])
+def test_it_follows_the_walls_where_the_crop_says_nothing(azimuth_deg):
+    """Walls at one azimuth among noise, in a crop that is as long in all directions."""
+    xyz = tile(80.0, 80.0)[4:]
+    xyz = xyz[np.hypot(*(xyz[:, :2] - 40.0).T) < 40.0]
+    box = bounding_box(xyz, walls_at(azimuth_deg))
     check(box, xyz)
-    got = np.degrees(np.arctan2(box.axes[0, 1], box.axes[0, 0]))
-    off = (got - azimuth_deg + 45.0) % 90.0 - 45.0
+    off = (azimuth_of(box) - azimuth_deg + 45.0) % 90.0 - 45.0
     assert abs(off) < 0.5
+
+
+@settings(deadline=None)
+@given(st.floats(0.0, 180.0), st.floats(0.0, 2 * np.pi))
+def test_a_square_tile_gives_its_side_whatever_way_its_walls_and_itself_lie(walls_deg, turn):
+    xyz, walls = tile(100.0, 100.0), walls_at(walls_deg)
+    box = bounding_box(turned(xyz, turn), turned(walls, turn))
+    check(box, turned(xyz, turn))
+    assert 100.0 - 1e-6 <= box.size[0] <= 105.0
+    assert box.size[0] == pytest.approx(bounding_box(xyz, walls).size[0], rel=0.05)
+
+
+@pytest.mark.parametrize(("width", "depth"), [(250.0, 250.0), (60.0, 240.0), (300.0, 200.0)])
+@pytest.mark.parametrize("walls_deg", [20.0, 45.0, 66.0])
+def test_a_crop_across_the_walls_is_boxed_as_it_was_cropped(width, depth, walls_deg):
+    box = bounding_box(tile(width, depth), walls_at(walls_deg))
+    np.testing.assert_allclose(np.sort(box.size[:2]), np.sort([width, depth]), atol=1e-6)
+
+
+def test_a_strip_is_not_boxed_across_although_that_is_shorter():
+    box = bounding_box(tile(100.0, 5.0), walls_at(45.0))
+    np.testing.assert_allclose(box.size[:2], [100.0, 5.0], atol=1e-6)
+
+
+def test_walls_a_little_off_the_crop_are_followed():
+    box = bounding_box(tile(90.0, 70.0), walls_at(2.0))
+    assert azimuth_of(box) == pytest.approx(2.0, abs=0.5)
 
 
 def test_walls_of_all_directions_say_nothing():

@@ -269,6 +269,63 @@ def test_a_wall_of_no_fly_zone_and_a_ceiling_are_kept(scene, tmp_path):
     assert check_folder(tmp_path / "plan").zone_margin >= -2e-4
 
 
+WALL = "airspace.zones=[{polygon=[[-3.0,-60.0],[3.0,-60.0],[3.0,60.0],[-3.0,60.0]],top=20.0}]"
+
+
+@pytest.fixture(scope="module")
+def apart(scene, tmp_path_factory):
+    """A plan that keeps three metres from a zone and from the ceiling, and its folder."""
+    found = plan(
+        scene,
+        load_config(None, [*SETTINGS, WALL, "airspace.ceiling=40.0", "airspace.zone_margin=3.0"]),
+    )
+    folder = tmp_path_factory.mktemp("plans") / "apart"
+    found.save(folder)
+    return found, folder
+
+
+def test_a_margin_is_kept_from_zones_and_from_the_ceiling(scene, apart):
+    found, folder = apart
+    controls = found.flight.path.controls
+    steps = np.broadcast_to(np.linspace(0.0, 1.0, 100), (len(controls), 100))
+    flown = bezier.evaluate(controls[:, None], steps).reshape(-1, 3)
+    flown = np.concatenate([flown, Plan.load(folder).rows[:, 1:4]])
+    wall = np.array([[-3.0, -60.0, -99.0], [3.0, 60.0, 20.0]])
+    away = np.linalg.norm(np.maximum(wall[0] - flown, flown - wall[1]).clip(0.0), axis=1)
+    assert 3.0 <= away.min() + 1e-4 < 5.0  # the wall is in the way
+    assert (flown[:, 2] - scene.ground.height(flown)).max() <= 37.0 + 1e-4
+    proven = check_folder(folder)
+    assert proven.ok
+    assert 3.0 - 2e-4 <= proven.zone_margin <= away.min() + 1e-4
+    report = read_json(folder / "report.json")
+    assert report["airspace"]["zone_margin"] == 3.0
+    assert 3.0 <= report["path"]["certified_zone_margin"] <= away.min() + 1e-4
+
+
+@pytest.mark.parametrize("config_too", [False, True])
+@pytest.mark.parametrize("kept", [0.0, 3.6])
+def test_another_margin_of_zones_is_noticed_from_the_files_alone(apart, tmp_path, kept, config_too):
+    folder = shutil.copytree(apart[1], tmp_path / "plan")
+    with np.load(folder / "airspace.npz") as stored:
+        arrays = dict(stored)
+    np.savez(folder / "airspace.npz", **{**arrays, "zone_margin": np.array(kept)})
+    if config_too:
+        text = (folder / "config.toml").read_text()
+        assert "zone_margin = 3.0" in text
+        (folder / "config.toml").write_text(
+            text.replace("zone_margin = 3.0", f"zone_margin = {kept}")
+        )
+    problems = check_folder(folder, sealed=False).problems
+    lines = [p for p in problems if "path.csv" in p and p.endswith("3.600 m is asked for")]
+    pieces = [
+        p for p in problems if p.startswith("segment ") and p.endswith("3.600 m is asked for")
+    ]
+    assert bool(lines) == bool(pieces) == (kept > 3.0)
+    told = [p for p in problems if f"zone_margin is {kept:g}, but 3 in config.toml" in p]
+    assert bool(told) != config_too
+    assert not check_folder(folder).ok
+
+
 @pytest.mark.parametrize(
     ("setting", "complaint"),
     [

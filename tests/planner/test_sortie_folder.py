@@ -152,6 +152,33 @@ def test_a_missing_or_damaged_file_is_named(folder, name, content):
     assert "\n" not in str(caught.value)
 
 
+def test_a_station_where_nothing_was_scanned_is_told_with_its_distance(planned, written):
+    (station,) = {id(sortie.station): sortie.station for sortie in planned.sorties.flown}.values()
+    away = np.linalg.norm(planned.scene.cloud.xyz - station.pad, axis=1).min()
+    found = [f for f in planned.findings if f.code == "station-outside-scan"]
+    assert [f.number for f in found] == [pytest.approx(away)]
+    assert away > planned.scale.d_min
+    assert f"sorties.stations[0] = (-30, -25) is {away:.1f} m from" in found[0].message
+    assert not found[0].partial
+    told = read_json(written / "report.json")["findings"]
+    assert "station-outside-scan" in {finding["code"] for finding in told}
+
+
+def test_a_climb_that_comes_too_near_to_a_zone_is_noticed(folder, planned):
+    x, y, z = planned.sorties.flown[0].station.pad
+    post = [[x + 1.0, y - 1.0], [x + 2.0, y - 1.0], [x + 2.0, y + 1.0], [x + 1.0, y + 1.0]]
+    zone = {"kind": "keep_out", "polygon": post, "bottom": None, "top": z + 0.2, "name": "post"}
+    with np.load(folder / "airspace.npz") as stored:
+        arrays = {**stored, "zones": np.array(json.dumps([zone]))}
+
+    def climbs(kept):
+        np.savez(folder / "airspace.npz", **{**arrays, "zone_margin": np.array(kept)})
+        return [p for p in check_folder(folder).problems if "the climb at station 0" in p]
+
+    assert not climbs(0.9)
+    assert climbs(1.1)[0].endswith("too far into a zone or what is kept from it")
+
+
 def test_sorties_that_nobody_asked_for_are_noticed(folder):
     text = (folder / "config.toml").read_text()
     (folder / "config.toml").write_text(
@@ -165,7 +192,7 @@ def test_sorties_that_nobody_asked_for_are_noticed(folder):
     ("setting", "complaint"),
     [
         ("sorties.endurance_seconds=20.0", "s are needed"),
-        ("sorties.stations=[[900.0,0.0]]", "outside of the space that is known"),
+        ("sorties.stations=[[900.0,0.0]]", "outside of the space in which"),
         ("sorties.stations=[[0.0,0.0]]", None),
     ],
 )

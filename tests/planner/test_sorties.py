@@ -11,7 +11,7 @@ from planner.flight.profile import rest_to_rest
 from planner.flight.timing import STATION, fly_in_time
 from planner.sorties.schedule import plan_sorties
 from planner.sorties.shared import linked
-from planner.sorties.station import Station, find_stations, shortfall
+from planner.sorties.station import Station, find_stations, outside_scan, shortfall
 from planner.sorties.thought import usable_seconds
 
 BLOCK = [[[10, 10, 0], [30, 30, 20]]]
@@ -151,6 +151,19 @@ def test_too_few_waypoints_for_a_photo_are_refused(solids, viewpoints_at):
         schedule(solids, viewpoints_at, around_the_block(4), most_waypoints=2)
 
 
+def test_only_stations_farther_than_d_min_from_the_scan_are_told(solids):
+    placed = stations(solids, [(0.0, 0.0), (1.9, 0.0), (6.0, 8.0)])
+
+    def to_one_point(points):
+        return np.linalg.norm(points, axis=1)
+
+    (finding,) = outside_scan(placed, to_one_point, 2.0)
+    assert finding.code == "station-outside-scan"
+    assert finding.number == pytest.approx(10.0)
+    assert "sorties.stations[2] = (6, 8) is 10.0 m from the nearest point" in finding.message
+    assert outside_scan((), to_one_point, 2.0) == ()
+
+
 def test_a_station_in_the_open_starts_just_above_what_is_kept(solids):
     (station,) = stations(solids, [(0.0, 0.0)])
     assert station.pad.tolist() == [0.0, 0.0, 0.0]
@@ -164,9 +177,9 @@ def test_a_station_in_the_open_starts_just_above_what_is_kept(solids):
     [
         ((20.0, 20.0), {"boxes": BLOCK}, "inside of or beside something solid"),
         ((9.5, 20.0), {"boxes": BLOCK}, "beside something solid"),
-        ((600.0, 0.0), {}, "100.0 m outside of the space that is known"),
+        ((600.0, 0.0), {}, "100.0 m outside of the space in which"),
         ((0.0, 0.0), {"ceiling": 1.0}, "zones or the ceiling leave"),
-        ((0.0, 0.0), {"bounds": ((-9, -9, -9), (9, 9, 1))}, "known up to 1.0 m only"),
+        ((0.0, 0.0), {"bounds": ((-9, -9, -9), (9, 9, 1))}, "considered up to 1.0 m only"),
         ((20.0, 20.0), {"boxes": BLOCK, "bounds": ((-9, -9, -9), (50, 50, 21))}, "room where"),
     ],
 )

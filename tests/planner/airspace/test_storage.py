@@ -18,6 +18,7 @@ def airspace(make):
     roof = make.sheet((-8, -8), (0, 8), 9.0)
     limits = AirspaceSettings(
         ceiling=25.0,
+        zone_margin=1.5,
         zones=(
             ZoneSettings(polygon=((5, 5), (9, 5), (9, 9)), top=7.0, name="Kläranlage"),
             ZoneSettings(kind="keep_in", polygon=((-30, -30), (30, -30), (30, 30), (-30, 30))),
@@ -48,6 +49,7 @@ def test_a_stored_airspace_gives_the_same_answers(airspace):
         assert again.edge_is_free(a, b) == airspace.edge_is_free(a, b)
     assert again.zones.prisms[0].name == "Kläranlage"
     assert again.ceiling == 25.0
+    assert again.zones.kept == 1.5
 
 
 def test_no_ceiling_and_no_points_survive(make):
@@ -66,7 +68,11 @@ def record(**changes):
 @pytest.mark.parametrize(
     ("key", "value", "complaint"),
     [
-        *[(key, None, f"{key} is missing") for key in ("vertices", "obstacles", "d_min", "zones")],
+        *[
+            (key, None, f"{key} is missing")
+            for key in ("vertices", "obstacles", "d_min", "zones", "zone_margin")
+        ],
+        *[("zone_margin", np.array(value), "zone_margin") for value in (-0.1, np.inf, np.nan)],
         ("vertices", np.zeros((4, 2)), "vertices has shape"),
         ("vertices", np.full((9, 3), np.nan), "vertices holds values"),
         ("vertices", np.full((9, 3), 1e9), "vertices holds values"),

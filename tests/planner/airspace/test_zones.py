@@ -1,5 +1,7 @@
 """Prisms and ceilings: by hand, by property, and against another point-in-polygon test."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -135,6 +137,20 @@ def test_a_proven_segment_has_the_margin_everywhere_and_a_refused_one_lacks_it(s
             assert least <= wanted + 0.5 * np.linalg.norm(b - a) / 799 + 2e-3
 
 
+@settings(max_examples=40, deadline=None)
+@given(seeds, st.floats(0.0, 6.0))
+def test_what_is_kept_from_zones_is_kept_by_every_point_and_proven_segment(seed, kept):
+    rng = np.random.default_rng(seed)
+    bare, _ = random_zones(rng)
+    space = replace(bare, kept=kept)
+    for a, b in zip(*rng.uniform(-15, 15, (2, 10, 3)), strict=True):
+        least = bare.margin(a + np.linspace(0, 1, 800)[:, None] * (b - a)).min()
+        if space.margin_at_least(a, b, 0.0):
+            assert least >= kept - 1e-9
+        else:
+            assert least <= kept + 0.5 * np.linalg.norm(b - a) / 799 + 2e-3
+
+
 def test_settings_become_zones():
     keep_in = ZoneSettings(
         kind="keep_in", polygon=((0, 0), (9, 0), (9, 9)), bottom=1.0, name="site"
@@ -142,6 +158,8 @@ def test_settings_become_zones():
     space = zones([keep_in], 20.0, LEVEL)
     assert space.prisms[0].name == "site"
     np.testing.assert_allclose(space.margin(np.array([[8.0, 3, 0.5], [8, 3, 23]])), [-0.5, -1.0])
+    wide = zones([keep_in], 20.0, LEVEL, kept=0.75)
+    np.testing.assert_allclose(wide.margin(np.array([[8.0, 3, 0.5], [8, 3, 23]])), [-1.25, -1.75])
     assert zones([], None, LEVEL).margin(np.zeros((2, 3))).tolist() == [np.inf, np.inf]
     assert zones([], None, LEVEL).margin_at_least(np.zeros(3), np.ones(3), 1e9)
 
