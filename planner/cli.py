@@ -94,6 +94,22 @@ def check(
     raise typer.Exit(0 if result.ok else 1)
 
 
+@app.command("settings")
+def settings_command(
+    toml: Annotated[
+        bool, typer.Option("--toml", help="Print a settings file with all defaults instead.")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Print every setting: what it takes, its default, its unit and what it does."""
+    from planner.manual import page, records, template
+
+    if toml and as_json:
+        raise PlannerError("--toml and --json: are two forms of the same; choose one")
+    text = json.dumps(records(), indent=1) if as_json else template() if toml else page()
+    print(text.rstrip())  # noqa: T201
+
+
 @solvers_app.command("list")
 def list_solvers(as_json: AsJson = False) -> None:
     """List every solver that can be named, built in or plugged in."""
