@@ -5,10 +5,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from planner.assignment import assign
 from planner.errors import PlannerError
+from planner.mistakes import first_mistake
 from planner.prism import ZoneSettings
 from planner.settings import (
     Degrees,
@@ -258,10 +259,18 @@ class ViewpointSettings(Settings):
     def _has_one_limit(self) -> Self:
         """Refuse limits that contradict each other or would not be looked at."""
         if self.minutes is not None and self.budget is not None:
-            raise ValueError("minutes and budget are both set: leave one of them out")
+            raise ValueError(
+                f"minutes = {self.minutes:g} and budget = {self.budget} are both set; "
+                "leave one of them out"
+            )
         for name in ("minutes", "budget"):
-            if getattr(self, name) is not None and not self.by_pairs:
-                raise ValueError(f'{name} needs preset "cover", objective "reconstructability"')
+            value = getattr(self, name)
+            if value is not None and not self.by_pairs:
+                raise ValueError(
+                    f'{name} needs preset "cover" with objective "reconstructability", not '
+                    f'"{self.preset}" with "{self.objective}"; change these or leave '
+                    f"{name} = {value:g} out"
+                )
         return self
 
 
@@ -383,7 +392,6 @@ def load_config(path: str | Path | None = None, overrides: Sequence[str] = ()) -
         If the file cannot be read, or a key or value is not known; the message names it.
 
     """
-    source = "--set" if path is None else str(path)
     tree: dict[str, Any] = {}
     if path is not None:
         try:
@@ -392,26 +400,19 @@ def load_config(path: str | Path | None = None, overrides: Sequence[str] = ()) -
             raise PlannerError(
                 f"{path}: cannot be read ({error.strerror}); check the path"
             ) from None
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
             raise PlannerError(f"{path}: is not valid TOML ({error}); mend that line") from None
-    for assignment in overrides:
-        assign(tree, assignment)
+    assigned = [assign(tree, assignment) for assignment in overrides]
     try:
         return Config.model_validate(tree)
     except ValidationError as error:
-        raise PlannerError(f"{source}: {_first_fault(error)}") from None
+        keys, sentence = first_mistake(error, Config)
+        raise PlannerError(f"{_origin(path, assigned, keys)}: {sentence}") from None
 
 
-def _first_fault(error: ValidationError) -> str:
-    """Say the first thing that is wrong with the settings, and how to mend it, in one line."""
-    fault = error.errors(include_url=False)[0]
-    where = ".".join(str(part) for part in fault["loc"])
-    if fault["type"] == "extra_forbidden":
-        table: Any = Config()
-        for part in fault["loc"][:-1]:
-            table = getattr(table, str(part), None)
-        known = (
-            ", ".join(type(table).model_fields) if isinstance(table, BaseModel) else "fewer keys"
-        )
-        return f"unknown setting {where}; known here: {known}"
-    return f"setting {where} = {fault['input']!r} is refused ({fault['msg']}); change or remove it"
+def _origin(path: str | Path | None, assigned: list[tuple[str, ...]], keys: tuple[Any, ...]) -> str:
+    """Where a setting was given: in the file, on the command line, or in both."""
+    if path is None or any(keys[: len(key)] == key for key in assigned):
+        return "--set"
+    together = any(key[: len(keys)] == keys for key in assigned)
+    return f"{path} with --set" if together else str(path)

@@ -43,13 +43,18 @@ class ZoneSettings(Settings):
     def _is_a_prism(self) -> Self:
         """Refuse what would forbid nothing, or something else than it seems to."""
         if self.bottom is not None and self.top is not None and self.bottom >= self.top:
-            raise ValueError(f"bottom {self.bottom} is not below top {self.top}")
+            raise ValueError(
+                f"bottom {self.bottom} is not below top {self.top}; raise top or lower bottom"
+            )
         sides = list(zip(self.polygon, (*self.polygon[1:], self.polygon[0]), strict=True))
         area = sum(a[0] * b[1] - b[0] * a[1] for a, b in sides)
         if abs(area) < (1e-6 if self.crs in {"local", "source"} else 1e-14):
-            raise ValueError("the polygon has no area")
+            raise ValueError("the polygon has no area; give corners that are not in a line")
         for i, first in enumerate(sides):
             for second in sides[i + 2 : len(sides) - (i == 0)]:
                 if _cross(*first, *second):
-                    raise ValueError(f"sides {first} and {second} of the polygon cross")
+                    raise ValueError(
+                        f"sides {first} and {second} of the polygon cross; "
+                        "give its corners in order"
+                    )
         return self

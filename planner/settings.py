@@ -126,7 +126,7 @@ def _listed(items: tuple[Any, ...], bounds: dict[str, float]) -> str:
     if item is float:
         return f"{bounds['min_length']} or {bounds['max_length']} numbers"
     words = {str: "texts"}.get(item, "tables" if is_table(item) else f"{takes(items[0])} each")
-    least = f", {range_of(bounds)}" if bounds else ""
+    least = f", at least {bounds['min_length']} of them" if "min_length" in bounds else ""
     return f"a list of {words}{least}"
 
 
