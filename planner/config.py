@@ -185,9 +185,9 @@ class ViewpointSettings(Settings):
     effort: Literal["quick", "standard", "best"] = "quick"
     """``pairs``: from how many positions and for how long photos are searched."""
     target: float = Field(default=4.0, gt=0.0)
-    """Wanted reconstructability h of each sample."""
+    """``pairs``, ``smith``: wanted reconstructability h of each sample."""
     share: float = Field(default=0.98, gt=0.0, le=1.0)
-    """Wanted share with that ``target`` among the samples that can reach it."""
+    """``pairs``, ``smith``: wanted share with that ``target`` of the samples that can reach it."""
     sharp_views: int = Field(default=1, ge=0, le=20)
     """``pairs``: photos of each sample that are within the wanted GSD."""
     budget: int | None = Field(default=None, ge=1)
