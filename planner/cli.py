@@ -63,11 +63,13 @@ def demo(
 ) -> None:
     """Plan a seeded synthetic block: no data needed."""
     from planner.config import load_config
+    from planner.foresight import refuse_settings
     from planner.missions.folder import refuse_folder
     from planner.scene.synthetic import synthetic_scene
 
     refuse_folder(out, overwrite=overwrite)
     settings = load_config(config, assign or ())
+    refuse_settings(settings)
     _say("scene", "building a synthetic block")
     block = synthetic_scene(seed)
     _plan_and_save(block, settings, out, workers=workers, overwrite=overwrite, as_json=as_json)

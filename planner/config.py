@@ -85,6 +85,16 @@ class CameraSettings(Settings):
     pitch_max_deg: Degrees = Field(default=0.0, ge=-90.0, le=90.0)
     """Highest pitch of the gimbal."""
 
+    @model_validator(mode="after")
+    def _has_a_range(self) -> Self:
+        """Refuse a gimbal whose lowest pitch is above its highest."""
+        if self.pitch_min_deg > self.pitch_max_deg:
+            raise ValueError(
+                f"pitch_min_deg = {self.pitch_min_deg:g} is above pitch_max_deg = "
+                f"{self.pitch_max_deg:g}; swap them (-90 is straight down)"
+            )
+        return self
+
 
 class ScaleSettings(Settings):
     """Lengths; those unset follow from the bounding box, the camera and each other."""
@@ -254,6 +264,17 @@ class ViewpointSettings(Settings):
     def by_pairs(self) -> bool:
         """Whether photos are chosen by what pairs of them can triangulate."""
         return self.preset == "cover" and self.objective == "reconstructability"
+
+    @model_validator(mode="after")
+    def _has_sides_enough(self) -> Self:
+        """Refuse more sides than are told apart, where sides are wanted."""
+        hits = self.preset == "cover" and self.objective == "hits"
+        if hits and self.sectors > self.sector_count:
+            raise ValueError(
+                f"sectors = {self.sectors} are more than sector_count = {self.sector_count}; "
+                "lower the first or raise the second"
+            )
+        return self
 
     @model_validator(mode="after")
     def _has_one_limit(self) -> Self:

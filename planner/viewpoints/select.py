@@ -140,7 +140,7 @@ def select_viewpoints(
         possible = within_reach(
             *(viewpoints, positions, samples, caster, camera),
             rule=rule,
-            settings=settings,
+            settings=settings.model_copy(update={"pair_range": 1.0}),
             voxel=voxel,
         )
         nothing = Demand(np.zeros_like(demand.hits), np.zeros_like(demand.sectors))

@@ -194,8 +194,8 @@ def test_no_wrong_value_of_any_setting_is_told_in_words_of_another_library(keys)
             Config.model_validate(tree)
         except ValidationError as error:
             found, line = first_mistake(error, Config)
-            assert found[: len(keys)] == keys
-            assert ".".join(keys) in line
+            assert found[: len(keys)] == keys[: len(found)]
+            assert all(key in line for key in keys)
             assert not RAW.search(line), line
             assert len(line) < 400
             assert ";" in line
