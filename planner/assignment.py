@@ -6,8 +6,8 @@ from typing import Any
 from planner.errors import PlannerError
 
 
-def assign(tree: dict[str, Any], assignment: str) -> None:
-    """Put one ``table.key=value`` into the tree of settings."""
+def assign(tree: dict[str, Any], assignment: str) -> tuple[str, ...]:
+    """Put one ``table.key=value`` into the tree of settings; return its keys."""
     key, equals, text = assignment.partition("=")
     parts = key.strip().split(".")
     if not equals or not all(parts):
@@ -16,7 +16,12 @@ def assign(tree: dict[str, Any], assignment: str) -> None:
         )
     try:
         read = tomllib.loads(f"value = {text.strip()}")
-    except (tomllib.TOMLDecodeError, RecursionError):
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        if text.strip()[:1] in {"[", "{", '"', "'"}:
+            raise PlannerError(
+                f"--set {key.strip()}: its value is not valid TOML ({error}); "
+                "mend it, and put text in quotes"
+            ) from None
         read = {"value": text.strip()}
     if len(read) > 1:
         raise PlannerError(f"--set {key}: sets more than one value; write one assignment each")
@@ -26,3 +31,4 @@ def assign(tree: dict[str, Any], assignment: str) -> None:
         if not isinstance(tree, dict):
             raise PlannerError(f"--set {assignment}: {part} is a value and has no keys of its own")
     tree[parts[-1]] = value
+    return tuple(parts)

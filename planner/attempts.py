@@ -13,10 +13,11 @@ from planner.airspace.candidates import candidate_positions
 from planner.airspace.room import lack_of_room
 from planner.airspace.zone_files import local_zones
 from planner.clock import Clock
-from planner.config import CameraSettings, Config
-from planner.errors import MissingDependency, PlannerError, Unattainable
+from planner.config import Config
+from planner.errors import PlannerError, Unattainable
 from planner.findings import Finding
 from planner.flight.fly import Flight, plan_flight
+from planner.foresight import camera_of, refuse_place
 from planner.geometry.arrays import Floats, Ints
 from planner.route.cost import Pace
 from planner.route.order import Route, order_viewpoints
@@ -39,11 +40,6 @@ _DRAWS = 2  # samples that guard the photos, for each that they are planned by
 
 Mapper = Callable[..., Any]
 """``map`` and what looks like it."""
-
-
-def camera_of(settings: CameraSettings) -> Camera:
-    """Camera that the settings describe."""
-    return Camera.from_field_of_view(**settings.model_dump())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,6 +89,7 @@ def study(source: Scene | str | Path, config: Config, clock: Clock) -> Prior:
     scale = derive_scale(scene, camera, config.scale)
     for rule in scale.rules:
         clock.tell(f"{rule.name} = {rule.value:.4g} {rule.unit} ({rule.because})")
+    refuse_place(config, scene, scale)
     with clock.stage("surface"):
         surface = reconstruct_surface(
             scene,
@@ -227,7 +224,10 @@ def attempt(
                 guards=prior.guards,
             )
             clock.tell(f"{len(selection.viewpoints)} viewpoints")
-        prior.need(len(selection.viewpoints), "no free position sees any of the surface")
+        blind = not selection.wish.stages[3].any()
+        target = f"no photos that are possible reach viewpoints.target {config.viewpoints.target:g}"
+        complaint = "no free position sees any of the surface" if blind else target
+        prior.need(len(selection.viewpoints), complaint)
         with clock.stage("route"):
             chosen = selection.viewpoints.rounded()
             ways = FreeWays(prior.airspace, margin=config.flight.margin)
@@ -325,25 +325,6 @@ def _away_from(positions: Floats, places: Floats) -> Floats:
     from scipy.spatial import cKDTree
 
     return np.delete(positions, cKDTree(positions).query(places)[1], axis=0)
-
-
-def require_solvers(config: Config) -> None:
-    """Refuse solvers that are not known or not installed before any work is done."""
-    from solvers import SolverError, SolverUnavailable
-    from solvers.registry import load, require
-
-    for setting, family, name in (
-        ("viewpoints.solver", "cover", config.viewpoints.solver),
-        ("route.solver", "tour", config.route.solver),
-        ("flight.solver", "motion", config.flight.solver),
-        ("viewpoints.pair_solver", "pairs", config.viewpoints.pair_solver),
-    ):
-        try:
-            require(load(family, name))
-        except SolverUnavailable as error:
-            raise MissingDependency(f"{setting}: {error}") from error
-        except SolverError as error:
-            raise PlannerError(f"{setting} = {name!r}: {error}") from error
 
 
 @contextmanager

@@ -63,11 +63,13 @@ def demo(
 ) -> None:
     """Plan a seeded synthetic block: no data needed."""
     from planner.config import load_config
+    from planner.foresight import refuse_settings
     from planner.missions.folder import refuse_folder
     from planner.scene.synthetic import synthetic_scene
 
     refuse_folder(out, overwrite=overwrite)
     settings = load_config(config, assign or ())
+    refuse_settings(settings)
     _say("scene", "building a synthetic block")
     block = synthetic_scene(seed)
     _plan_and_save(block, settings, out, workers=workers, overwrite=overwrite, as_json=as_json)
@@ -92,6 +94,22 @@ def check(
     if as_json:
         print(json.dumps(result.to_dict(), indent=1))  # noqa: T201
     raise typer.Exit(0 if result.ok else 1)
+
+
+@app.command("settings")
+def settings_command(
+    toml: Annotated[
+        bool, typer.Option("--toml", help="Print a settings file with all defaults instead.")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Print every setting: what it takes, its default, its unit and what it does."""
+    from planner.manual import page, records, template
+
+    if toml and as_json:
+        raise PlannerError("--toml and --json: are two forms of the same; choose one")
+    text = json.dumps(records(), indent=1) if as_json else template() if toml else page()
+    print(text.rstrip())  # noqa: T201
 
 
 @solvers_app.command("list")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from planner.airspace.airspace import Airspace
 from planner.airspace.room import idle_zones
-from planner.attempts import Mapper, require_solvers, study
+from planner.attempts import Mapper, study
 from planner.budget import TimeLimit, best_outing
 from planner.clock import Clock, Listener
 from planner.config import Config
@@ -14,6 +14,7 @@ from planner.findings import Finding
 from planner.flight.fly import Flight
 from planner.flight.sampling import sample_path
 from planner.flight.timing import Timeline
+from planner.foresight import refuse_settings
 from planner.geometry.arrays import Floats
 from planner.missions.written import WrittenPlan, load_plan
 from planner.route.order import Route
@@ -150,7 +151,7 @@ def plan(
 
     """
     config = Config() if config is None else config
-    require_solvers(config)
+    refuse_settings(config)
     clock = Clock(listener)
     prior = study(source, config, clock)
     config = prior.config

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from planner.attempts import camera_of
 from planner.config import CameraSettings, QualitySettings, ScaleSettings
 from planner.evaluation.detection import DamagedPrior, damage_prior, detection, neighbour_baseline
+from planner.foresight import camera_of
 from planner.scale import derive_scale
 from planner.scene.load import load_scene
 from planner.scene.scene import Scene

@@ -12,6 +12,7 @@ from planner.config import AirspaceSettings, ZoneSettings
 from planner.errors import PlannerError
 from planner.geometry.arrays import Floats
 from planner.geometry.frames import Frame
+from planner.mistakes import first_mistake
 from planner.scene.scene import Ground, Scene
 
 GEOJSON_CRS = "OGC:CRS84"
@@ -126,9 +127,7 @@ def _zone(rings: Any, properties: dict[str, Any], where: str) -> ZoneSettings:
         last = -1 if corners[0] == corners[-1] else len(corners)  # a ring ends where it starts
         return ZoneSettings(polygon=tuple(corners[:last]), **values)
     except ValidationError as error:
-        fault = error.errors(include_url=False)[0]
-        what = ".".join(map(str, fault["loc"])) or "its outline"
-        raise PlannerError(f"{where}: {what} is refused ({fault['msg']}); mend it") from None
+        raise PlannerError(f"{where}: {first_mistake(error, ZoneSettings)[1]}") from None
     except (TypeError, ValueError, IndexError, AttributeError) as error:
         raise PlannerError(f"{where} is malformed ({error}); export it again") from None
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from planner.errors import PlannerError
 from planner.flight.timing import Timeline
 from planner.geometry import bezier
 from planner.geometry.arrays import Bools, Floats, Ints
@@ -59,7 +60,9 @@ def sample_path(timeline: Timeline, *, d_min: float | None = None, step: float =
     Raises
     ------
     ValueError
-        If ``step`` is not positive or there would be more than :data:`MOST_ROWS` rows.
+        If ``step`` is not positive.
+    PlannerError
+        If there would be more than :data:`MOST_ROWS` rows.
 
     """
     if not step > 0.0:
@@ -165,4 +168,7 @@ def _rows(t: Floats, xyz: Floats, yaw_deg: Floats, pitch_deg: Floats, piece: Int
 
 def _refuse_more_than_most(rows: float) -> None:
     if not rows < MOST_ROWS:
-        raise ValueError(f"a table of {rows:.3g} rows is too long; are the speeds right?")
+        raise PlannerError(
+            f"the flight would have {rows:.3g} rows, more than {MOST_ROWS:,}; raise flight.speed, "
+            "or lower scale.d_min and scale.gsd, or set scene.unit if the unit is wrong"
+        )

@@ -14,6 +14,7 @@ from planner.flight.energy import climb_energy, energy
 if TYPE_CHECKING:
     from planner.planning import Plan
     from planner.sorties.sorties import Sorties
+    from planner.viewpoints.selection import Selection
     from solvers import Result
 
 PACKAGES: tuple[str, ...] = (
@@ -97,6 +98,7 @@ def summary(plan: "Plan") -> dict[str, Any]:
             },
             "mean_hits": float(selection.hits.mean()),
             "reasons": selection.reason_counts(),
+            "reconstructable": _reconstructable(selection),
             "solvers": [_solver(result) for result in selection.results],
             "first_flight": _first_flight(plan),
             "time_limit": None if plan.limit is None else asdict(plan.limit),
@@ -168,6 +170,19 @@ def length_and_seconds(plan: "Plan") -> tuple[float, float]:
 def rounded_down(metres: float) -> str:
     """Metres in whole centimetres, never more than there are."""
     return str(Decimal(repr(float(metres))).quantize(Decimal("0.01"), rounding=ROUND_FLOOR))
+
+
+def _reconstructable(selection: "Selection") -> dict[str, Any] | None:
+    """Share of what can be reconstructed that is, where that was wanted."""
+    wish = selection.wish.pairs
+    if wish is None:
+        return None
+    return {
+        "target": wish.target,
+        "samples": int(np.count_nonzero(wish.reachable)),
+        "share": selection.fulfilled,
+        "wanted": None if wish.limited else wish.share,
+    }
 
 
 def _first_flight(plan: "Plan") -> dict[str, Any] | None:

@@ -80,8 +80,6 @@ def place(path: Path, source: Source, settings: SceneSettings) -> Placed:
         notes.append(f"Turned from {up} up to z up.")
     stated = crs.unit or source.unit_metres if settings.unit == "auto" else settings.unit
     unit = 1.0 if stated is None else stated
-    if unit <= 0.0:
-        raise refusal(path, f"scene.unit is {unit}", "give the metres per unit, such as 0.001")
     upward = crs.height_unit or unit if settings.unit == "auto" else unit
     if (unit, upward) != (1.0, 1.0):
         xyz = xyz * (unit, unit, upward)

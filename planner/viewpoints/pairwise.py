@@ -139,8 +139,7 @@ def choose_by_pairs(
 
     """
     subject, effort = Subject(samples, caster, camera, rule, settings), EFFORTS[settings.effort]
-    probe = subject.grid(positions, spacing=voxel, limit=_FEWEST)
-    layer = len(samples) * len(probe) / max(1, len(probe.sample))  # photos, each sample once
+    layer = _layer(subject, positions, voxel)
     few, many = (
         subject.grid(positions, spacing=voxel, limit=max(_FEWEST, round(count)), sharp=sharp)
         for count in (effort.around * layer, effort.positions * layer)
@@ -170,6 +169,45 @@ def choose_by_pairs(
             hunt = hunt.guarded(spare)
         hunt = mover.improved(hunt, number, iterations=iterations)
     return _finish(hunt, subject, many, iterations=last, seed=seed)
+
+
+def within_reach(
+    viewpoints: Viewpoints,
+    positions: Floats,
+    samples: SurfaceSamples,
+    caster: RayCaster,
+    camera: Camera,
+    *,
+    rule: SightRule,
+    settings: ViewpointSettings,
+    voxel: float,
+) -> Bools:
+    """Tell which samples can reach the target, whoever chose the photos.
+
+    Parameters
+    ----------
+    viewpoints
+        Photos that were chosen, and may be off the grid that :func:`choose_by_pairs` begins with.
+    positions, samples, caster, camera, rule, settings, voxel
+        As of :func:`choose_by_pairs`.
+
+    Returns
+    -------
+    within_reach
+        Shape (S,).
+
+    """
+    subject = Subject(samples, caster, camera, rule, settings)
+    count = EFFORTS[settings.effort].positions * _layer(subject, positions, voxel)
+    grid = subject.grid(positions, spacing=voxel, limit=max(_FEWEST, round(count)))
+    own = subject.at(viewpoints.positions, viewpoints.yaw_deg, viewpoints.pitch_deg)
+    return subject.problem(grid.joined(own)).reachable
+
+
+def _layer(subject: Subject, positions: Floats, voxel: float) -> float:
+    """Number of photos that it takes to see every sample once, about."""
+    probe = subject.grid(positions, spacing=voxel, limit=_FEWEST)
+    return len(subject.samples) * len(probe) / max(1, len(probe.sample))
 
 
 def _iterations(effort: Effort, layer: float, total: int | None) -> list[int]:

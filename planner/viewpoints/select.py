@@ -21,7 +21,7 @@ from planner.viewpoints.demand import Demand, even_demand, sharp_demand, view_de
 from planner.viewpoints.forbidden import hindrances, kept_out
 from planner.viewpoints.graph import LinkRule
 from planner.viewpoints.pairs import visible_pairs
-from planner.viewpoints.pairwise import choose_by_pairs
+from planner.viewpoints.pairwise import choose_by_pairs, within_reach
 from planner.viewpoints.paper import paper_viewpoints
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.selection import PairWish, Selection, Wish, assess, reassess
@@ -137,6 +137,14 @@ def select_viewpoints(
             airspace=airspace,
             margin=margin,
         )
+        possible = within_reach(
+            *(viewpoints, positions, samples, caster, camera),
+            rule=rule,
+            settings=settings.model_copy(update={"pair_range": 1.0}),
+            voxel=voxel,
+        )
+        nothing = Demand(np.zeros_like(demand.hits), np.zeros_like(demand.sectors))
+        wish = _pair_wish(wish, possible, nothing, settings)
     else:
         lengths = {"d_min": d_min, "d_max": d_max, "voxel": voxel}
         viewpoints = paper_viewpoints(
@@ -165,7 +173,8 @@ def select_viewpoints(
 
 def _pair_wish(wish: Wish, reachable: Bools, sharp: Demand, settings: ViewpointSettings) -> Wish:
     """Wish of pairs of photos instead of single ones."""
-    pairs = PairWish(settings.target, settings.share, reachable, settings.budget is not None)
+    given = settings.views if settings.preset == "smith" else settings.budget
+    pairs = PairWish(settings.target, settings.share, reachable, given is not None)
     possible = Demand(np.minimum(sharp.hits, wish.stages[3]), sharp.sectors)
     return Wish(sharp, possible, wish.stages, binding=True, pairs=pairs, zoned=wish.zoned)
 

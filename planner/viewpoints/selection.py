@@ -39,7 +39,7 @@ class Wish:
         From how many free positions each sample is within range and incidence, unoccluded as
         well, within the gimbal's range as well, and within the GSD as well, shape (4, S).
     binding
-        Whether missing what is reachable makes the plan a partial one.
+        Whether missing some of what is reachable makes the plan a partial one; missing all does.
     pairs
         What pairs of photos should give, or ``None`` where only hits count.
     zoned
@@ -68,7 +68,7 @@ class PairWish:
     reachable
         Which samples can reach it from the free positions that were looked at, shape (S,).
     limited
-        Whether the number of photos was given, so that the share is what it gets.
+        Whether the number of photos was given, so that the share is what they get.
 
     """
 
@@ -136,7 +136,7 @@ class Selection:
         if wish.pairs is None:
             lack = (self.hits < wish.reachable.hits) | (self.sectors < wish.reachable.sectors)
             return float(np.mean(~lack)) if len(lack) else 1.0
-        lack = _lacking(self.reason, self.hits, wish)[wish.pairs.reachable]
+        lack = _lacking(self.reconstructability, self.hits, wish)[wish.pairs.reachable]
         return float(np.mean(~lack)) if len(lack) else 1.0
 
 
@@ -174,7 +174,7 @@ def assess(
         alike=alike,
         zoned=wish.zoned,
     )
-    findings = (*_unmet(reason, seen, wish), *_unlinked(graph))
+    findings = (*_unmet(reason, seen, h, wish), *_unlinked(graph))
     if anchors is not None:
         findings += untied(viewpoints, graph, Matching(*seen_by, anchors, reference, links))
     return Selection(viewpoints, seen.hits, seen.sectors, reason, h, wish, graph, results, findings)
@@ -209,33 +209,41 @@ def reassess(
     )
 
 
-def _unmet(reason: Bytes, seen: Coverage, wish: Wish) -> tuple[Finding, ...]:
+def _unmet(reason: Bytes, seen: Coverage, h: Floats, wish: Wish) -> tuple[Finding, ...]:
     """Findings on samples that no photos could cover, and on those that these do not."""
-    reachable = wish.reachable
-    short = (seen.hits < reachable.hits) | (seen.sectors < reachable.sectors)
-    partial = wish.binding
+    short = (seen.hits < wish.reachable.hits) | (seen.sectors < wish.reachable.sectors)
+    possible = wish.reachable.hits > 0
+    partial, words = wish.binding, "are seen less often than they could be"
     if wish.pairs is not None:
         possible = wish.pairs.reachable
-        short = possible & _lacking(reason, seen.hits, wish)
-        enough = np.count_nonzero(possible & ~short) >= wish.pairs.share * possible.sum() - 1e-9
-        partial = not enough and not wish.pairs.limited
+        short = possible & _lacking(h, seen.hits, wish)
+        done, most = int((possible & ~short).sum()), int(possible.sum())
+        partial = done < wish.pairs.share * most - 1e-9 and not wish.pairs.limited
+        words = (
+            "are reconstructed worse than they could be; "
+            f"{100.0 * done / max(1, most):.1f} % of what can be reconstructed is"
+            + ("" if wish.pairs.limited else f", where {100.0 * wish.pairs.share:g} % are wanted")
+        )
+    elif not wish.binding:
+        words += ": the paper's marks count what is near a photo's target, seen or not"
+    partial |= bool(possible.any()) and not (possible & ~short).any()  # of no use to anyone
     beyond = (reason != Reason.COVERED) & ~short
     found = []
-    for code, rows, words, grave in (
-        ("samples-short", short, "are seen less often than they could be", partial),
+    for code, rows, what, grave in (
+        ("samples-short", short, words, partial),
         ("samples-out-of-reach", beyond, "cannot be covered from where it is safe to fly", False),
     ):
         count = int(np.count_nonzero(rows))
         if count:
-            message = f"{count} of {len(reason)} samples {words}"
+            message = f"{count} of {len(reason)} samples {what}"
             found.append(Finding("viewpoints", code, message, float(count), grave))
     return tuple(found)
 
 
-def _lacking(reason: Bytes, hits: Ints, wish: Wish) -> Bools:
-    """Which samples pairs of photos could satisfy better than they do, among those in reach."""
-    more = (hits < wish.reachable.hits) | (hits >= wish.demand.hits)
-    return np.asarray((reason != Reason.COVERED) & more)
+def _lacking(h: Floats, hits: Ints, wish: Wish) -> Bools:
+    """Which samples miss the target, or sharp photos that they could have, by pairs of photos."""
+    assert wish.pairs is not None
+    return np.asarray((h < wish.pairs.target) | (hits < wish.reachable.hits))
 
 
 def _unlinked(graph: ViewGraph) -> tuple[Finding, ...]:

@@ -300,4 +300,3 @@ def test_millimetres_are_refused_until_the_unit_is_set(tmp_path):
     np.testing.assert_allclose(b.ground.heights, a.ground.heights, atol=1e-9)
     assert b.metric
     assert b.frame.unit_metres == 0.001
-    refused(millimetres, r"scene\.unit is -1", SceneSettings(unit=-1.0))

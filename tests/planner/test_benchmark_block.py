@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planner.attempts import camera_of
+from planner.foresight import camera_of
 from planner.scale import derive_scale
 from planner.scene.benchmark import CLEARANCE, REFERENCE, benchmark_block, benchmark_config
 

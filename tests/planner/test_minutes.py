@@ -104,7 +104,7 @@ def test_a_number_of_photos_holds_for_those_that_link_them_too(scene, budget):
 @pytest.mark.parametrize(
     ("settings", "complaint"),
     [
-        (["viewpoints.minutes=0"], "greater than 0"),
+        (["viewpoints.minutes=0"], "a number above 0"),
         (["viewpoints.minutes=5", "viewpoints.budget=5"], "leave one of them out"),
         (["viewpoints.minutes=5", "viewpoints.preset=paper"], "needs preset"),
         (["viewpoints.minutes=5", "viewpoints.objective=hits"], "needs preset"),

@@ -196,20 +196,26 @@ def test_the_overview_has_a_mark_for_every_reason():
     assert len(set(REASON_MARKS.values())) == len(REASON_MARKS)
 
 
-def judged(positions, target=4.0):
-    """Reason of a roof sample photographed straight on from so many places, by pairs."""
+def assessed(positions, target=4.0, sharp=2):
+    """Roof sample photographed straight on from so many places, so many sharp ones possible."""
     positions = np.array(positions, dtype=float)
     one = np.ones(1)
     sample = ScoredSamples(np.zeros((1, 3)), [UP], [0], 1.0, one, one, one)
     yaw, pitch = yaw_pitch(-positions)
     views = Viewpoints(positions, yaw, pitch, ("x",) * len(yaw), np.zeros(len(yaw)))
     demand = Demand(np.array([2]), np.array([0]))
+    possible = Demand(np.array([min(2, sharp)]), np.array([0]))
     stages = np.full((4, 1), 9, dtype=np.int32)
-    got = assess(
+    stages[3] = sharp
+    return assess(
         *(views, sample, RayCaster(mesh_of([])), CAMERA),
         SightRule(D_MIN, D_MAX, np.radians(70.0), reach=30.0),
-        wish=Wish(demand, demand, stages, True, PairWish(target, 1.0, one > 0)),
+        wish=Wish(demand, possible, stages, True, PairWish(target, 1.0, one > 0)),
     )
+
+
+def judged(positions):
+    got = assessed(positions)
     return got.reasons[got.reason[0]]
 
 
@@ -225,3 +231,13 @@ def test_pairs_lack_views_or_parallax():
     assert judged(around(3, 12.0)) == "too-few-views"  # three pairs are worth less than 3
     assert judged(around(12, 0.5)) == "parallax"  # 66 pairs, none over a degree
     assert judged(around(1, 0.0)) == "too-few-views"
+
+
+def test_what_cannot_be_seen_sharply_still_has_to_reach_the_target():
+    """From afar only, where no photo is within the GSD, twelve photos do and three do not."""
+    for count, share in ((12, 1.0), (3, 0.0)):
+        got = assessed(around(count, 12.0, distance=31.0), target=2.0, sharp=0)
+        assert got.hits[0] == 0
+        assert got.reasons[got.reason[0]] == "gsd"
+        assert got.fulfilled == share
+        assert any(finding.partial for finding in got.findings) == (share < 1.0)

@@ -1,6 +1,7 @@
 """Chosen viewpoints: candidates, demands met, reasons, and the paper's marks."""
 
 import pickle
+import re
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
@@ -285,10 +286,64 @@ def test_dropping_viewpoints_shows_in_hits_reasons_and_findings():
 
 
 def test_nowhere_to_fly_is_a_result_with_reasons():
-    for preset in ("cover", "paper"):
+    for preset in ("cover", "paper", "smith"):
         selection = select(positions=np.empty((0, 3)), preset=preset)
         assert len(selection.viewpoints) == 0
         assert (selection.reason == Reason.NO_FREE_POSITION).all()
+
+
+def short(selection):
+    """The finding on samples that fall short, and the share that its sentence tells."""
+    (finding,) = [found for found in selection.findings if found.code == "samples-short"]
+    return finding, float(
+        re.search(r"; ([\d.]+) % of what can be reconstructed", finding.message)[1]
+    )
+
+
+def test_photos_of_smith_are_judged_by_what_they_reconstruct():
+    selection = select(preset="smith", views=24, rounds=2)
+    good = selection.reconstructability >= 4.0
+    np.testing.assert_array_equal(selection.reason == Reason.COVERED, good)
+    possible = selection.wish.pairs.reachable
+    assert 0.2 < good.mean() < 0.97
+    assert possible[good].all()
+    assert selection.fulfilled == good[possible].mean()
+    finding, share = short(selection)
+    assert finding.number == np.count_nonzero(possible & ~good)
+    assert share == pytest.approx(100.0 * selection.fulfilled, abs=0.06)
+
+
+def test_smith_promises_the_share_only_if_the_number_of_photos_is_not_given():
+    given = select(preset="smith", views=24, rounds=1)
+    assert not short(given)[0].partial
+    assert "are wanted" not in short(given)[0].message
+    free = select(preset="smith", rounds=1, share=1.0)
+    assert short(free)[0].partial
+    assert "where 100 % are wanted" in short(free)[0].message
+    easy = select(preset="smith", rounds=1, share=0.01)
+    assert not [finding for finding in easy.findings if finding.partial]
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{"preset": "smith", "views": 1}, {"objective": "reconstructability", "budget": 1}],
+)
+def test_photos_that_reconstruct_nothing_are_no_complete_answer(given):
+    selection = select(**given)
+    assert len(selection.viewpoints) == 1
+    assert selection.fulfilled == 0.0
+    finding, share = short(selection)
+    assert (share, finding.partial) == (0.0, True)
+
+
+def test_the_paper_says_that_its_marks_are_no_views():
+    selection = select(preset="paper")
+    (finding,) = [found for found in selection.findings if found.code == "samples-short"]
+    assert not finding.partial
+    assert finding.number == np.count_nonzero(selection.hits < selection.wish.reachable.hits)
+    assert finding.message.endswith(
+        "the paper's marks count what is near a photo's target, seen or not"
+    )
 
 
 def hand_placed(xyz, normal):
@@ -406,7 +461,7 @@ def test_a_pool_of_two_processes_gives_the_same_viewpoints():
 
 def test_nothing_to_see_needs_no_photos():
     nothing = ScoredSamples(*[np.empty((0, 3))] * 2, np.empty(0), 1.0, *[np.empty(0)] * 3)
-    for preset in ("cover", "paper"):
+    for preset in ("cover", "paper", "smith"):
         selection = select(samples=nothing, preset=preset)
         assert len(selection.viewpoints) == 0
         assert selection.findings == ()

@@ -81,7 +81,8 @@ def read_poses(path: Path) -> Poses:
     except UnicodeDecodeError:
         raise refusal(path, "it is no text", _FORMS) from None
     except (OSError, ValueError) as error:
-        raise refusal(path, f"it cannot be read ({error})", "check the path") from None
+        reason = getattr(error, "strerror", None) or error
+        raise refusal(path, f"it cannot be read ({reason})", "check the path") from None
     poses = reader(path, text)
     if len(poses.xyz) == 0:
         raise refusal(path, "it holds no pose", "export it again, or leave scene.images out")
