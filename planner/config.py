@@ -200,8 +200,16 @@ class ViewpointSettings(Settings):
     """``pairs``, ``smith``: wanted reconstructability h of each sample."""
     share: float = Field(default=0.98, gt=0.0, le=1.0)
     """``pairs``, ``smith``: wanted share with that ``target`` of the samples that can reach it."""
+    floor: float = Field(default=0.9, ge=0.0, lt=1.0)
+    """``pairs``: part of the ``target`` that samples should have which the ``share`` leaves out, or
+    which cannot reach all of it; 0: none."""
+    floor_share: float = Field(default=0.995, gt=0.0, le=1.0)
+    """``pairs``: wanted share with that of the samples that can reach it."""
     sharp_views: int = Field(default=1, ge=0, le=20)
-    """``pairs``: photos of each sample that are within the wanted GSD."""
+    """``pairs``: photos within the wanted GSD of each sample that wants them."""
+    sharp_share: float = Field(default=0.85, gt=0.0, le=1.0)
+    """``pairs``: share that wants them, of the samples that can have any: those that most
+    positions see so."""
     budget: int | None = Field(default=None, ge=1)
     """``pairs``: the best share for so many photos; unset: as many as it takes."""
     minutes: Minutes | None = Field(default=None, gt=0.0)

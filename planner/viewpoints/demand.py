@@ -1,5 +1,6 @@
 """How many photos, from how many sides, each sample wants."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,9 +51,23 @@ def view_demand(quality: Floats, settings: ViewpointSettings) -> Demand:
     return Demand(hits, np.full(len(quality), settings.sectors, dtype=np.int64))
 
 
-def sharp_demand(samples: SurfaceSamples, settings: ViewpointSettings) -> Demand:
-    """Wanted photos where reconstructability is the objective: a few sharp ones each."""
-    wanted = np.full(len(samples), settings.sharp_views, dtype=np.int64)
+def sharp_demand(available: NDArray[np.integer], settings: ViewpointSettings) -> Demand:
+    """Wanted photos where reconstructability is the objective: a few sharp ones.
+
+    Parameters
+    ----------
+    available
+        From how many positions each sample can be seen sharply, shape (S,).
+    settings
+        ``sharp_views`` of the ``sharp_share`` of those that any position sees sharply: of those
+        that most positions do, the first ones on ties. Samples that no position sees sharply
+        want them as well, in vain.
+
+    """
+    wanted = np.full(len(available), settings.sharp_views, dtype=np.int64)
+    can = int(np.count_nonzero(available))
+    hardest = np.argsort(-available.astype(np.int64), kind="stable")[:can]
+    wanted[hardest[math.ceil(settings.sharp_share * can - 1e-9) :]] = 0
     return Demand(wanted, np.zeros_like(wanted))
 
 

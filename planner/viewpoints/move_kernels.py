@@ -109,7 +109,7 @@ def gains(  # noqa: PLR0917 - compiled
     base: Array,
     base_sharp: Array,
     want: Array,
-    target: float,
+    target: Array,
     sharp_worth: float,
     limits: Array,
     starts: Array,
@@ -126,7 +126,7 @@ def gains(  # noqa: PLR0917 - compiled
     gain = np.zeros(len(request))
     for k in range(len(request)):
         s, row = sample[k], member[request[k]]
-        room, total = target - base[row, s], 0.0
+        room, total = target[s] - base[row, s], 0.0
         for i in range(starts[s], starts[s + 1]):
             if total >= room:
                 break

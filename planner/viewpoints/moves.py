@@ -28,7 +28,7 @@ class Wish:
     Parameters
     ----------
     target
-        More reconstructability than this is worth nothing.
+        More reconstructability of each sample than this is worth nothing, shape (S,).
     want
         Sharp photos that each sample wants, shape (S,).
     sharp_worth
@@ -38,7 +38,7 @@ class Wish:
 
     """
 
-    target: float
+    target: Floats
     want: Ints
     sharp_worth: float = 0.0
     sharp: SightRule | None = None
@@ -57,7 +57,7 @@ class Wish:
     def worth(self, value: Floats, sharp: Ints, rows: Ints | slice = slice(None)) -> Floats:
         """Worth of samples, or some rows of them, with these values and sharp photos."""
         fine = self.sharp_worth * np.minimum(sharp, self.want[rows])
-        return np.asarray(np.minimum(value, self.target) + fine)
+        return np.asarray(np.minimum(value, self.target[rows]) + fine)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,9 @@ from planner.geometry.arrays import Bools, Floats, Ints
 from planner.surface.samples import SurfaceSamples
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.crowd import Crowd
+from planner.viewpoints.demand import sharp_demand
 from planner.viewpoints.free_balls import FreeBalls, free_balls
+from planner.viewpoints.hunt import Hunt
 from planner.viewpoints.moves import Wish
 from planner.viewpoints.pairs import VisiblePairs
 from planner.viewpoints.pool import Pool
@@ -134,11 +136,13 @@ def choose_by_pairs(
     margin
         What the flight keeps beyond ``d_min``, and from zones, metres.
     guards
-        Other samples of the same surface. Whenever photos miss more of them than the share allows,
+        Other samples of the same surface. Whenever photos miss more of them than the shares allow,
         those missed are planned for too, but for so many.
 
     """
-    subject, effort = Subject(samples, caster, camera, rule, settings), EFFORTS[settings.effort]
+    effort = EFFORTS[settings.effort]
+    wanted = sharp_demand(sharp.available, settings).hits
+    subject = Subject.of(samples, caster, camera, rule, settings, sharp=wanted)
     layer = _layer(subject, positions, voxel)
     few, many = (
         subject.grid(positions, spacing=voxel, limit=max(_FEWEST, round(count)), sharp=sharp)
@@ -155,18 +159,15 @@ def choose_by_pairs(
     if not len(result.solution):
         none = many.take(_NONE).viewpoints(_NONE, samples, kind="pair")
         return PairChoice(none, problem.reachable, (result,))
-    hunt = _Hunt(
-        *(subject, few, many, many.take(result.solution)),
-        wanted=problem.wanted,
-        sharp=problem.fine_demand,
+    hunt = Hunt.begun(
+        *(subject, few, many, result),
+        chosen=result.solution,
         guards=guards if settings.budget is None else None,
-        result=result,
     )
-    spare = 0 if guards is None else math.floor((1.0 - settings.share) * len(guards) + 1e-9)
     mover = _Mover(free_balls(positions, airspace, margin=margin), effort, voxel, seed)
     for number, iterations in enumerate(between):
         if number * _CHECKS % effort.rounds < _CHECKS:
-            hunt = hunt.guarded(spare)
+            hunt = hunt.guarded()
         hunt = mover.improved(hunt, number, iterations=iterations)
     return _finish(hunt, subject, many, iterations=last, seed=seed)
 
@@ -197,7 +198,8 @@ def within_reach(
         Shape (S,).
 
     """
-    subject = Subject(samples, caster, camera, rule, settings)
+    none = np.zeros(len(samples), dtype=np.int64)
+    subject = Subject.of(samples, caster, camera, rule, settings, sharp=none)
     count = EFFORTS[settings.effort].positions * _layer(subject, positions, voxel)
     grid = subject.grid(positions, spacing=voxel, limit=max(_FEWEST, round(count)))
     own = subject.at(viewpoints.positions, viewpoints.yaw_deg, viewpoints.pitch_deg)
@@ -218,70 +220,6 @@ def _iterations(effort: Effort, layer: float, total: int | None) -> list[int]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Hunt:
-    """Where the search stands.
-
-    Parameters
-    ----------
-    subject
-        What is planned for by now, guards included.
-    few, many
-        Grids to choose from in a round, and in the last search.
-    kept
-        The photos.
-    wanted
-        How many samples must be satisfied.
-    sharp
-        Sharp photos that each sample wants, shape (S,).
-    guards
-        Samples that are not planned for yet, if any are to be looked at.
-    result
-        Of the last search.
-
-    """
-
-    subject: Subject
-    few: Pool
-    many: Pool
-    kept: Pool
-    wanted: int
-    sharp: Ints
-    guards: SurfaceSamples | None
-    result: Result[Ints]
-
-    def guarded(self, spare: int) -> "_Hunt":
-        """Plan for the guards that the photos miss, all but ``spare`` in all."""
-        if self.guards is None:
-            return self
-        rows = self.subject.missed(self.guards, self.kept, self.many)
-        known, old = len(self.subject.samples), self.subject.guards
-        if old + len(rows) <= spare:
-            return self
-        subject = self.subject.guarded(self.guards.places(rows))
-        left = np.setdiff1d(np.arange(len(self.guards)), rows)
-        few, many, kept = (
-            subject.widened(pool, known) for pool in (self.few, self.many, self.kept)
-        )
-        return _Hunt(
-            *(subject, few, many, kept),
-            wanted=self.wanted + max(0, subject.guards - spare) - max(0, old - spare),
-            sharp=np.pad(self.sharp, (0, len(rows))),
-            guards=self.guards.places(left),
-            result=self.result,
-        )
-
-    def searched(self, grid: Pool, beside: Pool | None, *, iterations: int, seed: int) -> "_Hunt":
-        """Go on searching from the photos among those of a grid, and others beside them."""
-        pool = grid.joined(self.kept)
-        pool = pool if beside is None else pool.joined(beside)
-        start = len(grid) + np.arange(len(self.kept))
-        problem = self.subject.problem(pool, wanted=self.wanted)
-        result = self.subject.search(problem, start, iterations=iterations, seed=seed)
-        found = start if result.solution is None else result.solution
-        return replace(self, kept=pool.take(found), result=result)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class _Mover:
     """Moves photos in rounds, each followed by a search among them."""
 
@@ -290,7 +228,7 @@ class _Mover:
     voxel: float
     seed: int
 
-    def improved(self, hunt: _Hunt, number: int, *, iterations: int) -> _Hunt:
+    def improved(self, hunt: Hunt, number: int, *, iterations: int) -> Hunt:
         """One more round, the ``number``-th from 0."""
         subject, scale = hunt.subject, _SHRINK ** (number / self.effort.rounds)
         hunt = replace(hunt, kept=self._moved(hunt, step=_CLIMB * scale * subject.reference))
@@ -304,15 +242,20 @@ class _Mover:
         seed = self.seed + number + 1
         return hunt.searched(hunt.few, subject.at(*poses), iterations=iterations, seed=seed)
 
-    def _moved(self, hunt: _Hunt, *, step: float) -> Pool:
+    def _moved(self, hunt: Hunt, *, step: float) -> Pool:
         """Photos moved one by one to where they add most."""
-        subject, kept, target = hunt.subject, hunt.kept, hunt.subject.settings.target
+        subject, kept = hunt.subject, hunt.kept
         crowd = Crowd(
             *(kept.positions, kept.yaw_deg, kept.pitch_deg),
             eye=subject.eye,
             space=self.room,
             camera=subject.camera,
-            wish=Wish(_SPARE * target, hunt.sharp, sharp_worth=_SHARP * target, sharp=subject.rule),
+            wish=Wish(
+                _SPARE * subject.target,
+                subject.sharp,
+                sharp_worth=_SHARP * subject.settings.target,
+                sharp=subject.rule,
+            ),
             directions=subject.settings.aim_directions,
         )
         for _ in range(self.effort.climbs):
@@ -320,18 +263,21 @@ class _Mover:
         return subject.at(crowd.positions, crowd.yaw_deg, crowd.pitch_deg)
 
 
-def _finish(hunt: _Hunt, subject: Subject, many: Pool, *, iterations: int, seed: int) -> PairChoice:
+def _finish(hunt: Hunt, subject: Subject, many: Pool, *, iterations: int, seed: int) -> PairChoice:
     """Search once more on the first grid, and prove what was asked for.
 
-    With guards the photos are completed for the ``subject`` without them, whose bound it is.
+    With guards or a floor the photos are completed for the ``subject`` without them, whose bound
+    it is.
     """
-    if hunt.subject.guards:
+    hunt = hunt.guarded()
+    more = hunt.subject.guards > 0 or subject.floor > 0.0
+    if more:
         hunt = hunt.searched(hunt.many, None, iterations=iterations, seed=seed)
     kept = hunt.kept
     pool = many.joined(subject.at(kept.positions, kept.yaw_deg, kept.pitch_deg))
     problem, start = subject.problem(pool), len(many) + np.arange(len(kept))
     results: tuple[Result[Ints], ...]
-    if hunt.subject.guards:
+    if more:
         results = (hunt.result, subject.completed(problem, start))
     else:
         results = (subject.search(problem, start, iterations=iterations, seed=seed, bounded=True),)

@@ -120,7 +120,7 @@ def select_viewpoints(
             guards=guards,
         )
         viewpoints, results = found.viewpoints, found.results
-        wish = _pair_wish(wish, found.reachable, sharp_demand(samples, settings), settings)
+        wish = _pair_wish(wish, found.reachable, sharp_demand(pairs.available, settings), settings)
     elif covers:
         candidates = cover_candidates(
             positions, pairs, samples, camera, demand=demand, settings=settings

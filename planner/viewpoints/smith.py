@@ -92,7 +92,7 @@ def smith_viewpoints(
         eye=Eye(samples, caster, rule, reference),
         space=space,
         camera=camera,
-        wish=Wish(settings.target, np.zeros(len(samples), dtype=np.int64)),
+        wish=Wish(np.full(len(samples), settings.target), np.zeros(len(samples), dtype=np.int64)),
         directions=settings.aim_directions,
     )
     for turn in range(settings.rounds):

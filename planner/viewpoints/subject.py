@@ -28,6 +28,26 @@ _BOUND_STEPS = 200
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Missed:
+    """Guards that photos miss though others could show them.
+
+    Parameters
+    ----------
+    rows
+        Which guards, shape (n,).
+    firm
+        Whether each could reach the target rather than the floor alone, shape (n,).
+    lost
+        Whether each is below the floor, shape (n,).
+
+    """
+
+    rows: Ints
+    firm: Bools
+    lost: Bools
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Subject:
     """Samples and the rules by which photos of them count.
 
@@ -39,6 +59,10 @@ class Subject:
         Limits on range, incidence and GSD of a sharp photo.
     settings
         Target, share and solver.
+    target
+        Wanted reconstructability of each sample, shape (S,).
+    sharp
+        Sharp photos that each sample wants, shape (S,).
     guards
         How many of the samples, the last ones, are guards: the share is not of them, and none is
         wanted sharply.
@@ -50,7 +74,24 @@ class Subject:
     camera: Camera
     rule: SightRule
     settings: ViewpointSettings
+    target: Floats
+    sharp: Ints
     guards: int = 0
+
+    @classmethod
+    def of(
+        cls,
+        samples: SurfaceSamples,
+        caster: RayCaster,
+        camera: Camera,
+        rule: SightRule,
+        settings: ViewpointSettings,
+        *,
+        sharp: Ints,
+    ) -> "Subject":
+        """Samples that all want the target of the settings; ``sharp`` as above."""
+        target = np.full(len(samples), settings.target)
+        return cls(samples, caster, camera, rule, settings, target, sharp)
 
     @property
     def planned(self) -> int:
@@ -119,7 +160,7 @@ class Subject:
     ) -> tuple[Floats, Floats, Floats]:
         """Poses straight at samples which the pool shows sharply less often than wanted."""
         held = np.bincount(pool.sample[self._is_sharp(pool)], minlength=self.planned)
-        lack = np.minimum(self.settings.sharp_views, sharp.available) - held
+        lack = np.minimum(self.sharp[: self.planned], sharp.available) - held
         row = most_frontal(sharp, np.zeros(len(sharp), dtype=np.bool_), lack.clip(0))
         places = positions[np.searchsorted(sharp.indptr, row, side="right") - 1]
         return places, *direct_aim(places, self.samples.xyz[sharp.sample[row]], self.camera)
@@ -151,9 +192,15 @@ class Subject:
             np.concatenate([mine.cluster, guards.cluster]),
             mine.radius,
         )
-        return replace(self, samples=both, guards=self.guards + len(guards))
+        return replace(
+            self,
+            samples=both,
+            target=np.concatenate([self.target, np.full(len(guards), self.settings.target)]),
+            sharp=np.pad(self.sharp, (0, len(guards))),
+            guards=self.guards + len(guards),
+        )
 
-    def missed(self, others: SurfaceSamples, photos: Pool, pool: Pool) -> Ints:
+    def missed(self, others: SurfaceSamples, photos: Pool, pool: Pool) -> Missed:
         """Which other samples the photos miss though the poses of a pool could show them."""
         seen = replace(self, samples=others).at(photos.positions, photos.yaw_deg, photos.pitch_deg)
         h = pair_sums(
@@ -165,9 +212,45 @@ class Subject:
             reference=self.reference,
         )
         short = np.flatnonzero(h < self.settings.target)
-        there = replace(self, samples=others.places(short), guards=len(short))
-        could = there.at(pool.positions, pool.yaw_deg, pool.pitch_deg)
-        return short[there._problem(could, 1.0).reachable]
+        there = replace(
+            self,
+            samples=others.places(short),
+            target=np.full(len(short), self.settings.target),
+            sharp=np.zeros(len(short), dtype=np.int64),
+            guards=len(short),
+        )
+        firm, possible = there.reach(there.at(pool.positions, pool.yaw_deg, pool.pitch_deg))
+        lost = h[short] < (self.floor or self.settings.target)
+        rows = np.flatnonzero(possible & (firm | lost))
+        return Missed(short[rows], firm[rows], lost[rows])
+
+    @property
+    def floor(self) -> float:
+        """What samples that need not reach the target should have; 0 where that is nothing."""
+        return (
+            0.0 if self.settings.budget is not None else self.settings.floor * self.settings.target
+        )
+
+    def reach(self, pool: Pool) -> tuple[Bools, Bools]:
+        """Which samples can reach the target by all poses of a pool, and which the floor."""
+        firm = np.array(self._problem(pool, 1.0).reachable)
+        if self.floor == 0.0:
+            return firm, firm
+        low = replace(self, target=np.full(len(self.samples), self.floor))
+        return firm, np.array(low._problem(pool, 1.0).reachable)
+
+    def shown(self, photos: Pool) -> tuple[Floats, Ints]:
+        """Reconstructability by some photos, and number of sharp ones, of each sample."""
+        problem, every = self._problem(photos, 1.0), np.arange(len(photos))
+        return problem.values(every), problem.fine_hits(every)
+
+    def wanting(self, weak: Bools, sharp: Ints) -> "Subject":
+        """The same with the floor wanted of some samples, and of the others the target.
+
+        ``sharp`` says how many sharp photos each of the others wants, shape (S,).
+        """
+        target = np.where(weak, self.floor, self.settings.target)
+        return replace(self, target=target, sharp=np.where(weak, 0, sharp))
 
     def widened(self, pool: Pool, known: int) -> Pool:
         """A pool that knows only so many of the samples, with what it shows of the others too."""
@@ -186,11 +269,11 @@ class Subject:
             1.0 - pool.distance / self.reference,
             pool.cosine,
             weights=chord_table(parallax_weight),
-            target=_SURE * settings.target,
+            target=_SURE * self.target,
             share=share,
             budget=settings.budget,
             fine=self._is_sharp(pool),
-            fine_demand=np.where(np.arange(shape[1]) < self.planned, settings.sharp_views, 0),
+            fine_demand=self.sharp,
         )
 
     def _is_sharp(self, pool: Pool) -> Bools:

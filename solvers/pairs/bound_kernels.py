@@ -17,7 +17,7 @@ _SCANS = 32  # largest numbers of a list that are found one by one
 
 
 @compiled
-def fewest(starts: Array, sight: Array, weights: Array, target: float) -> tuple[Array, Array]:
+def fewest(starts: Array, sight: Array, weights: Array, target: Array) -> tuple[Array, Array]:
     """Lower bound on the hits with which each element can reach the target; 0 if none can.
 
     Also half of the sum of each hit's pairs where an element has few hits, else 0, by
@@ -30,14 +30,14 @@ def fewest(starts: Array, sight: Array, weights: Array, target: float) -> tuple[
         first, size = starts[e], starts[e + 1] - starts[e]
         if size <= _EXACT:
             pairs = _pairs(first, size, sight, weights)
-            needed[e] = _by_partners(pairs, target)
+            needed[e] = _by_partners(pairs, target[e])
             for i in range(size):
                 halves[first + i] = 0.5 * pairs[i].sum()
             continue
         worth = np.empty(size)
         for k in range(size):
             worth[k] = best * max(0.0, sight[3, first + k]) * max(0.0, sight[4, first + k])
-        needed[e] = _by_worth(worth, target)
+        needed[e] = _by_worth(worth, target[e])
     return needed, halves
 
 

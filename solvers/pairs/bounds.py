@@ -129,7 +129,7 @@ def _rows(problem: PairCoverProblem) -> tuple[Floats, Floats]:
     starts, at, _ = problem.by_element
     needed, halves = bound_kernels.fewest(starts, problem.sight, problem.weights, problem.target)
     sums = np.empty(len(at))
-    sums[at] = np.minimum(halves / problem.target, 1.0)
+    sums[at] = np.minimum(halves / problem.target[problem.indices[at]], 1.0)
     covered = np.bincount(problem.indices, sums, minlength=problem.elements)
     fine = problem.fine_demand
     demand = np.column_stack([np.maximum(needed, fine), covered >= 1.0, fine]).astype(np.float64)

@@ -130,7 +130,7 @@ def values(
 
 
 @compiled
-def reaches(starts: Array, sight: Array, weights: Array, target: float) -> Array:
+def reaches(starts: Array, sight: Array, weights: Array, target: Array) -> Array:
     """Whether each element's value reaches the target when all its hits are taken.
 
     Looks at the hits in an order that begins with far ones, since neighbours among them are
@@ -148,7 +148,7 @@ def reaches(starts: Array, sight: Array, weights: Array, target: float) -> Array
             crew[:, n] = sight[:, starts[e] + (n * step) % count]
             pair_values(crew, n, crew, 0, n, weights, row)
             total += row[:n].sum()
-            if total >= target:
+            if total >= target[e]:
                 reached[e] = True
                 break
     return reached

@@ -58,7 +58,7 @@ class PairCoverProblem:
         least 0, shape (k,), k >= 2; in between it is interpolated linearly. The chord of an
         angle is 2 sin(angle / 2); see :func:`solvers.pairs.table.chord_table`.
     target
-        Value at which an element is satisfied, positive.
+        Value at which each element is satisfied, positive, shape (elements,) or one number.
     share
         Share of the reachable elements that must be satisfied, in (0, 1].
     budget
@@ -86,7 +86,7 @@ class PairCoverProblem:
     nearness: Singles
     facing: Singles
     weights: Floats
-    target: float
+    target: Floats
     share: float
     budget: float | None
     fine: NDArray[np.bool_]
@@ -107,7 +107,7 @@ class PairCoverProblem:
         facing: Any = 1.0,
         *,
         weights: Any,
-        target: float,
+        target: Any,
         share: float = 1.0,
         budget: float | None = None,
         fine: Any = True,
@@ -119,8 +119,6 @@ class PairCoverProblem:
             raise InvalidProblem("covers must be a scipy CSR matrix (candidates, elements).")
         if not covers.has_canonical_format:
             raise InvalidProblem("covers must have ascending, distinct columns in each row.")
-        if not target > 0.0:
-            raise InvalidProblem(f"target must be positive, got {target}.")
         if not 0.0 < share <= 1.0:
             raise InvalidProblem(f"share must lie in (0, 1], got {share}.")
         if budget is not None and not budget >= 0.0:
@@ -129,6 +127,9 @@ class PairCoverProblem:
             raise InvalidProblem("weights must be two numbers or more, at chords from 0 to 2.")
         candidates, elements = (int(size) for size in covers.shape)
         hits = int(covers.nnz)
+        goal = floats(target, (elements,), "target")
+        if (goal <= 0.0).any():
+            raise InvalidProblem(f"target must be positive, got {goal.min()}.")
         unit = singles(rays, (hits, 3), "rays")
         if hits and np.abs(np.einsum("ij,ij->i", unit, unit) - 1.0).max() > 2e-3:
             raise InvalidProblem("rays must have length 1.")
@@ -147,7 +148,7 @@ class PairCoverProblem:
             "nearness": singles(nearness, (hits,), "nearness"),
             "facing": singles(facing, (hits,), "facing"),
             "weights": floats(weights, (len(weights),), "weights", least=0.0),
-            "target": float(target),
+            "target": goal,
             "share": float(share),
             "budget": budget,
             "fine": marks,

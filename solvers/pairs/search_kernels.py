@@ -41,13 +41,13 @@ def best_single(s: State, limit: float, banned: int) -> int:
     """
     elements, place, live, value, sight = s.element, s.place, s.live, s.value, s.sight
     best, best_key = -1, 0.0
-    room, target, indptr = limit - s.totals[1], s.limits[0], s.indptr
+    room, target, indptr = limit - s.totals[1], s.target, s.indptr
     for c in range(len(s.taken)):
         if s.taken[c] or s.blocked[c] > 0 or c == banned or s.prices[c] > room:
             continue
         total = 0.0
         for at in range(indptr[c], indptr[c + 1]):
-            if live[elements[at]] and value[elements[at]] < target:
+            if live[elements[at]] and value[elements[at]] < target[elements[at]]:
                 total += max(sight[3, place[at]], 0.0) * max(sight[4, place[at]], 0.0)
         if total <= 0.0:
             continue

@@ -40,9 +40,9 @@ class State(NamedTuple):
     starts, owner, sight, fine
         Hits of each element: row starts (E + 1,), candidate, ray with nearness and facing
         (5, nnz), and whether it is fine.
-    weights, prices, live, fine_demand, limits
-        Pair weights; price of each candidate; elements in reach; fine hits wanted; and
-        target, worth of a fine hit, bonus and worth of the first and second single hit.
+    weights, prices, live, fine_demand, target, extras
+        Pair weights; price of each candidate; elements in reach, their fine hits wanted and
+        their targets; and worth of a fine hit, bonus and worth of the first and second single hit.
     group_ptr, group, rival_ptr, rival
         Conflict groups of each candidate, and candidates of each group.
     partial
@@ -83,7 +83,8 @@ class State(NamedTuple):
     prices: Array
     live: Array
     fine_demand: Array
-    limits: Array
+    target: Array
+    extras: Array
     group_ptr: Array
     group: Array
     rival_ptr: Array
@@ -116,7 +117,8 @@ def empty_state(
     problem
         What to choose for.
     bonus, fine_worth
-        Worth of a satisfied element beyond its value, and of a wanted fine hit, in targets.
+        Worth of a satisfied element beyond its value, and of a wanted fine hit, in times the
+        highest target.
 
     """
     from solvers.pairs import state_kernels
@@ -125,7 +127,7 @@ def empty_state(
     place = np.empty(len(at), dtype=np.int32)
     place[at] = np.arange(len(at), dtype=np.int32)
     target = problem.target
-    extras = np.array([fine_worth, bonus, *START]) * target
+    extras = np.array([fine_worth, bonus, *START]) * target.max(initial=0.0)
     sizes = np.array([len(group) for group in problem.conflicts], dtype=np.int64)
     members = np.concatenate([*problem.conflicts, np.empty(0, dtype=np.int64)])
     by_candidate = np.argsort(members, kind="stable")
@@ -143,7 +145,8 @@ def empty_state(
         prices=problem.prices,
         live=problem.reachable,
         fine_demand=problem.fine_demand,
-        limits=np.concatenate([[np.ceil(target * GRAIN)], np.floor(extras * GRAIN)]) / GRAIN,
+        target=np.ceil(target * GRAIN) / GRAIN,
+        extras=np.floor(extras * GRAIN) / GRAIN,
         group_ptr=reached.astype(np.int64),
         group=np.repeat(np.arange(len(sizes)), sizes)[by_candidate].astype(np.int64),
         rival_ptr=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),

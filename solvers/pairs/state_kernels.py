@@ -29,20 +29,20 @@ def gain_of(s: State, c: int) -> float:
     """What candidate ``c``, if it were added, would add."""
     elements, place, live, value, fine_hits = s.element, s.place, s.live, s.value, s.fine_hits
     partial, fine, wanted, hits, sight = s.partial, s.fine, s.fine_demand, s.hits, s.sight
-    limits, late = s.limits, s.late
-    rule = (limits[0], limits[1], limits[2])
+    extras, late, goal = s.extras, s.late, s.target
     total = 0.0
     for at in range(s.indptr[c], s.indptr[c + 1]):
         e, k = elements[at], place[at]
         if late[e] > 0 or not live[e]:  # the former have all they want
             continue
-        if value[e] >= limits[0] and fine_hits[e] >= wanted[e] and hits[e] >= 2:
+        if value[e] >= goal[e] and fine_hits[e] >= wanted[e] and hits[e] >= 2:
             continue
+        rule = (goal[e], extras[0], extras[1])
         more = fine_hits[e] + fine[k]
         total += worth(value[e] + partial[k], more, wanted[e], *rule)
         total -= worth(value[e], fine_hits[e], wanted[e], *rule)
         if hits[e] < 2:
-            total += grain(limits[3 + hits[e]] * max(sight[3, k], 0.0) * max(sight[4, k], 0.0))
+            total += grain(extras[2 + hits[e]] * max(sight[3, k], 0.0) * max(sight[4, k], 0.0))
     return float(total)
 
 
@@ -57,8 +57,7 @@ def loss_within(s: State, c: int, most_lost: int, most: float) -> tuple[int, flo
     """As :func:`loss_of`; less than all of it once both are at least as much as given."""
     elements, place, values, fine_hits, risk = s.element, s.place, s.value, s.fine_hits, s.risk
     crew_sum, seat, good, wanted = s.crew_sum, s.seat, s.good, s.fine_demand
-    target = s.limits[0]
-    rule = (target, s.limits[1], s.limits[2])
+    goal, fine_worth, bonus = s.target, s.extras[0], s.extras[1]
     lost, total = 0, 0.0
     for at in range(s.indptr[c], s.indptr[c + 1]):
         e = elements[at]
@@ -66,7 +65,8 @@ def loss_within(s: State, c: int, most_lost: int, most: float) -> tuple[int, flo
             risk[e] = _risk(s, e)
         if risk[e] == 1 or (risk[e] == 2 and not good[at]):
             continue
-        value, now, want = values[e], fine_hits[e], wanted[e]
+        value, now, want, target = values[e], fine_hits[e], wanted[e], goal[e]
+        rule = (target, fine_worth, bonus)
         lower, less = value, now - good[at]
         if risk[e] == 3:  # the sum is far away in memory
             lower = value - crew_sum[seat[place[at]]]
@@ -85,7 +85,7 @@ def _risk(s: State, e: int) -> int:
     """Whether an element would be worth less without one of its chosen hits; see ``risk``."""
     if not s.live[e]:
         return 1
-    target, value, crew_sum = s.limits[0], s.value[e], s.crew_sum
+    target, value, crew_sum = s.target[e], s.value[e], s.crew_sum
     worst = 1 if s.fine_hits[e] > s.fine_demand[e] else 2
     for n in range(s.starts[e], s.starts[e] + s.hits[e]):
         if value - crew_sum[n] < target:
@@ -97,14 +97,14 @@ def _risk(s: State, e: int) -> int:
 def start(s: State) -> None:
     """Gains of the choice as it is, element by element, as they lie side by side in memory."""
     owner, partial, fine, sight, gain = s.owner, s.partial, s.fine, s.sight, s.gain
-    limits = s.limits
-    rule = (limits[0], limits[1], limits[2])
+    extras, goal = s.extras, s.target
     gain[:] = 0.0
     for e in range(len(s.value)):
         value, now, want, hits = s.value[e], s.fine_hits[e], s.fine_demand[e], s.hits[e]
-        if not s.live[e] or (value >= limits[0] and now >= want and hits >= 2):
+        if not s.live[e] or (value >= goal[e] and now >= want and hits >= 2):
             continue
-        base, single = worth(value, now, want, *rule), limits[3 + hits] if hits < 2 else 0.0
+        rule = (goal[e], extras[0], extras[1])
+        base, single = worth(value, now, want, *rule), extras[2 + hits] if hits < 2 else 0.0
         for k in range(s.starts[e], s.starts[e + 1]):
             more = worth(value + partial[k], now + fine[k], want, *rule) - base
             if hits < 2:
@@ -126,15 +126,15 @@ def adopt(s: State, candidates: Array, limit: float) -> None:
     starts, owner, live, taken, totals = s.starts, s.owner, s.live, s.taken, s.totals
     values, hits, fine_hits, late, row = s.value, s.hits, s.fine_hits, s.late, s.row
     crew, sums = (s.crew, s.crew_sight, s.crew_sum, s.seat), (s.partial, s.sight, s.weights, row)
-    target = s.limits[0]
-    rule = (target, s.limits[1], s.limits[2])
+    goal, fine_worth, bonus = s.target, s.extras[0], s.extras[1]
     for c in candidates:
         if totals[1] + s.prices[c] <= limit and s.blocked[c] == 0:
             taken[c] = True
             totals[1] += s.prices[c]
             _block(s, c, 1)
     for e in range(len(values)):
-        first, last, want = starts[e], starts[e + 1], s.fine_demand[e]
+        first, last, want, target = starts[e], starts[e + 1], s.fine_demand[e], goal[e]
+        rule = (target, fine_worth, bonus)
         for k in range(first, last):
             if taken[owner[k]]:
                 values[e] += _join(*crew, first, hits[e], k, s.sight, s.weights, row)
@@ -156,18 +156,18 @@ def flip(s: State, v: int) -> None:
     """Add candidate ``v`` if it is not chosen, take it out if it is; twice undoes it."""
     elements, place, starts, owner, live = s.element, s.place, s.starts, s.owner, s.live
     partial, fine, sight, weights, taken = s.partial, s.fine, s.sight, s.weights, s.taken
-    values, hits, fine_hits, gain, limits = s.value, s.hits, s.fine_hits, s.gain, s.limits
+    values, hits, fine_hits, gain, extras = s.value, s.hits, s.fine_hits, s.gain, s.extras
     late, kept, fine_demand, totals, row = s.late, s.kept, s.fine_demand, s.totals, s.row
     risk = s.risk
     crew_sight, crew = s.crew_sight, (s.crew, s.crew_sight, s.crew_sum, s.seat)
-    target = limits[0]
-    rule = (target, limits[1], limits[2])
+    goal, fine_worth, bonus = s.target, extras[0], extras[1]
     adds = not taken[v]
     sign = 1 if adds else -1
     taken[v] = adds
     for at in range(s.indptr[v], s.indptr[v + 1]):
         e, a = elements[at], place[at]
-        first, last, want = starts[e], starts[e + 1], fine_demand[e]
+        first, last, want, target = starts[e], starts[e + 1], fine_demand[e], goal[e]
+        rule = (target, fine_worth, bonus)
         old, old_fine, old_hits = values[e], fine_hits[e], hits[e]
         if adds:
             more = _join(*crew, first, old_hits, a, sight, weights, row)
@@ -199,8 +199,8 @@ def flip(s: State, v: int) -> None:
         change = (sign, old, old_fine, new, new_fine, want, rise)
         _changes(row, partial[first:last], fine[first:last], change, rule)
         if min(old_hits, new_hits) < 2:
-            old_single = limits[3 + old_hits] if old_hits < 2 else 0.0
-            new_single = limits[3 + new_hits] if new_hits < 2 else 0.0
+            old_single = extras[2 + old_hits] if old_hits < 2 else 0.0
+            new_single = extras[2 + new_hits] if new_hits < 2 else 0.0
             for k in range(first, last):
                 lone = max(sight[3, k], 0.0) * max(sight[4, k], 0.0)
                 row[k - first] += grain(new_single * lone) - grain(old_single * lone)

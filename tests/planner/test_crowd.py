@@ -53,7 +53,7 @@ def crowd(seed, count=7, **changes):
     yaw, pitch = aim_directions(DIRECTIONS, CAMERA)
     aim = rng.integers(0, DIRECTIONS, count)
     given = {"want": np.full(len(SAMPLES), 2), "sharp_worth": 0.75, "sharp": SHARP}
-    wish = Wish(2.0, **(given | changes))
+    wish = Wish(rng.uniform(1.0, 3.0, len(SAMPLES)), **(given | changes))
     options = {"eye": EYE, "space": SPACE, "camera": CAMERA, "directions": DIRECTIONS}
     return wish, Crowd(places, yaw[aim], pitch[aim], wish=wish, **options)
 
@@ -103,8 +103,8 @@ def test_moving_makes_photos_worth_more_and_keeps_account(seed, sharp):
 
 
 def test_a_worth_by_hand():
-    wish = Wish(4.0, np.array([1, 1, 0]), sharp_worth=1.0)
+    wish = Wish(np.array([4.0, 4.0, 2.0]), np.array([1, 1, 0]), sharp_worth=1.0)
     got = wish.worth(np.array([5.0, 5.0, 3.0]), np.array([2, 0, 1]))
-    np.testing.assert_array_equal(got, [4.0 + 1.0, 4.0, 3.0])
-    hungry = wish.hungry(np.array([5.0, 5.0, 3.0]), np.array([2, 0, 1]))
+    np.testing.assert_array_equal(got, [4.0 + 1.0, 4.0, 2.0])
+    hungry = wish.hungry(np.array([5.0, 5.0, 1.0]), np.array([2, 0, 1]))
     np.testing.assert_array_equal(hungry, [False, True, True])

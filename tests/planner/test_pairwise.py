@@ -16,9 +16,10 @@ from planner.surface.samples import ScoredSamples, SurfaceSamples
 from planner.viewpoints import subject as subjects
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.candidates import generate_candidates
+from planner.viewpoints.demand import sharp_demand
 from planner.viewpoints.free_balls import FreeBalls
+from planner.viewpoints.hunt import Hunt, Slack
 from planner.viewpoints.pairs import visible_pairs
-from planner.viewpoints.pairwise import _Hunt
 from planner.viewpoints.pool import Pool
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.reconstructability import reconstructability
@@ -80,9 +81,12 @@ def test_enough_samples_reach_the_target_by_fresh_rays_and_the_exact_formula(sel
 
 
 def test_the_search_has_a_bound_and_beats_the_cover_at_its_own_price(selection):
-    (pairs,) = selection.results
+    (pairs,) = select(floor=0.0).results
     assert pairs.solver == "lns"
-    assert 2 <= pairs.bound <= pairs.cost == len(selection.viewpoints)
+    assert 2 <= pairs.bound <= pairs.cost
+    searched, completed = selection.results
+    assert (searched.solver, completed.solver) == ("lns", "greedy")
+    assert 2 <= completed.bound <= completed.cost == len(selection.viewpoints)
     h = select(objective="hits").reconstructability
     assert np.mean(h >= 4.0) < np.mean(selection.reconstructability >= 4.0)
 
@@ -179,7 +183,8 @@ def other_roof(seed, count=150):
 def subject_of(samples, **changes):
     rule = SightRule(d_min=3.0, d_max=22.0, max_incidence=1.2, reach=30.0)
     settings = ViewpointSettings(objective="reconstructability", **changes)
-    return Subject(samples, RayCaster(roof()[0]), CAMERA, rule, settings)
+    sharp = np.full(len(samples), settings.sharp_views)
+    return Subject.of(samples, RayCaster(roof()[0]), CAMERA, rule, settings, sharp=sharp)
 
 
 def test_a_pool_widened_by_guards_is_the_pool_of_all_of_them():
@@ -198,45 +203,102 @@ def test_a_pool_widened_by_guards_is_the_pool_of_all_of_them():
 def hunt_of(subject, places, guards):
     """A search that stands at a few photos of the roof's grid."""
     grid = subject.grid(places, spacing=4.0, limit=200)
-    problem = subject.problem(grid)
-    few = grid.take(np.arange(0, len(grid), len(grid) // 8))
-    demand = {"wanted": problem.wanted, "sharp": problem.fine_demand, "result": None}
-    return _Hunt(subject, grid, grid, few, **demand, guards=guards)
+    few = np.arange(0, len(grid), len(grid) // 8)
+    return Hunt.begun(subject, grid, grid, None, chosen=few, guards=guards)
 
 
-@pytest.mark.parametrize("spare", [0, 7, 10_000])
-def test_missed_guards_are_wanted_but_for_those_to_spare_and_never_sharply(spare):
+def test_slack_is_what_the_shares_leave_and_nothing_is_both_covered_and_lost():
+    settings = ViewpointSettings(share=0.9, floor_share=0.97)
+    assert Slack.of(1000, settings) == Slack(below=100, lost=30)
+    assert Slack.of(1000, settings.model_copy(update={"floor": 0.0})) == Slack(100, 100)
+    assert Slack.of(1000, settings.model_copy(update={"floor_share": 0.5})) == Slack(100, 100)
+    assert Slack.of(9, settings) == Slack(0, 0)
+
+
+@pytest.mark.parametrize("floor", [0.0, 0.75])
+@pytest.mark.parametrize("spare", [0.0, 0.05, 0.9])
+def test_missed_guards_are_wanted_but_for_those_to_spare_and_never_sharply(spare, floor):
     _, samples, places = roof()
-    subject = subject_of(samples.places(np.arange(len(samples))), share=0.9, sharp_views=2)
+    given = {"sharp_views": 2, "floor": floor, "floor_share": 1.0 - spare}
+    subject = subject_of(
+        samples.places(np.arange(len(samples))), share=0.1 if floor else 1.0 - spare, **given
+    )
     hunt = hunt_of(subject, places, other_roof(0))
     missed = subject.missed(hunt.guards, hunt.kept, hunt.many)
-    assert 7 < len(missed) < 150
-    after = hunt.guarded(spare)
-    if spare > len(missed):
+    assert 7 < len(missed.rows) < 150
+    lost = Slack.of(150, subject.settings).lost
+    after = hunt.guarded()
+    if np.count_nonzero(missed.lost) <= lost:
         assert after is hunt
         return
-    assert after.wanted == hunt.wanted + len(missed) - spare
-    assert after.subject.guards == len(missed)
-    assert len(after.guards) == 150 - len(missed)
+    assert after.wanted == hunt.wanted + len(missed.rows) - lost
+    assert after.subject.guards == len(missed.rows)
+    assert len(after.guards) == 150 - len(missed.rows)
     problem = after.subject.problem(after.many, wanted=after.wanted)
     assert problem.wanted == after.wanted
     assert (problem.fine_demand[len(samples) :] == 0).all()
-    assert problem.fine_demand[: len(samples)].max() == 2
+    assert problem.fine_demand[: len(samples)].max() == (0 if floor and spare == 0.9 else 2)
     np.testing.assert_array_equal(after.sharp[: len(samples)], hunt.sharp)
-    again = after.guarded(spare)  # the same photos miss no others
+    again = after.guarded()  # the same photos miss no others
     assert again.wanted == after.wanted
+
+
+def test_those_that_have_least_want_no_more_than_the_floor():
+    _, samples, places = roof()
+    subject = subject_of(samples.places(np.arange(len(samples))), share=0.9, floor=0.75)
+    hunt = hunt_of(subject, places, None)
+    many = int(0.1 * len(samples))
+    weak = hunt.subject.target < 4.0
+    assert weak.sum() == hunt.slack.below == many
+    np.testing.assert_array_equal(hunt.subject.target, np.where(weak, 3.0, 4.0))
+    np.testing.assert_array_equal(hunt.subject.sharp, np.where(weak, 0, hunt.sharp))
+    value, fine = hunt.subject.shown(hunt.kept)
+    done = (value >= 4.0) & (fine >= hunt.sharp)
+    assert not (done & weak).any() or done[~weak].all()
+    lacking = ~done
+    assert value[lacking & weak].max() <= value[lacking & ~weak].min(initial=np.inf)
+    assert hunt.wanted == len(samples) - hunt.slack.lost
+
+
+def test_samples_that_cannot_reach_the_target_want_the_floor():
+    _, samples, places = roof()
+    flat = samples.places(np.arange(len(samples)))
+    best = subject_of(flat).shown(subject_of(flat).grid(places, spacing=4.0, limit=200))[0]
+    between = float(np.median(best))
+    subject = subject_of(flat, target=between, floor=0.5, share=1.0, sharp_views=0)
+    hunt = hunt_of(subject, places, None)
+    out_of_reach = ~hunt.firm
+    assert 0 < out_of_reach.sum() < len(samples)
+    np.testing.assert_array_equal(hunt.subject.target == 0.5 * between, out_of_reach)
+    assert hunt.wanted == len(samples)
+
+
+@given(st.lists(st.integers(0, 5), max_size=40), st.floats(0.01, 1.0))
+def test_sharp_photos_are_wanted_where_they_are_easiest_to_have(available, share):
+    available = np.array(available, dtype=np.int64)
+    settings = ViewpointSettings(sharp_views=2, sharp_share=share)
+    wanted = sharp_demand(available, settings).hits
+    can = available > 0
+    assert (wanted[~can] == 2).all()  # in vain, which is their reason
+    assert (wanted[can] == 2).sum() == np.ceil(share * can.sum() - 1e-9)
+    spared = can & (wanted == 0)
+    if spared.any():
+        assert available[spared].max() <= available[can & ~spared].min(initial=9)
 
 
 def test_the_guards_that_photos_miss_are_those_below_the_target_that_others_could_show():
     mesh, samples, places = roof()
-    subject, others = subject_of(samples), other_roof(2)
+    subject, others = subject_of(samples, floor=0.75), other_roof(2)
     grid = subject.grid(places, spacing=4.0, limit=200)
     photos = grid.take(np.arange(0, len(grid), len(grid) // 6))
     views = photos.viewpoints(np.arange(len(photos)), samples, kind="pair")
     h = reconstructability(views, others, RayCaster(mesh), CAMERA, reference=60.0)
-    np.testing.assert_array_equal(subject.missed(others, photos, grid), np.flatnonzero(h < 4.0))
-    assert len(subject.missed(others, photos, photos)) == 0
-    assert len(subject.missed(others, grid, grid)) == 0
+    missed = subject.missed(others, photos, grid)
+    np.testing.assert_array_equal(missed.rows, np.flatnonzero(h < 4.0))
+    np.testing.assert_array_equal(missed.lost, h[missed.rows] < 3.0)
+    assert missed.firm.all()
+    assert len(subject.missed(others, photos, photos).rows) == 0
+    assert len(subject.missed(others, grid, grid).rows) == 0
 
 
 def corners(count=200):
@@ -251,7 +313,7 @@ def test_photos_show_guards_that_they_would_miss():
     """With a narrow camera the corners of the roof are the share that may be left out."""
     mesh, samples, _ = roof()
     narrow = Camera(width_px=600, height_px=400, focal_px=700.0)
-    given = {"share": 0.8, "camera": narrow, "sharp_views": 0, "connected": False}
+    given = {"share": 0.8, "camera": narrow, "sharp_views": 0, "connected": False, "floor": 0.0}
     plain, guarded = select(**given), select(**given, guards=corners())
 
     reference = 2.0 * LIMITS["gsd"] * narrow.focal_px
@@ -269,6 +331,17 @@ def test_photos_show_guards_that_they_would_miss():
     searched, completed = guarded.results
     assert (searched.solver, completed.solver) == ("lns", "greedy")
     assert completed.bound <= completed.cost == len(guarded.viewpoints)
+
+
+def test_a_floor_lifts_what_the_share_leaves_out():
+    """With a narrow camera the corners of the roof are the share that may be left out."""
+    narrow = Camera(width_px=600, height_px=400, focal_px=700.0)
+    given = {"share": 0.8, "camera": narrow, "sharp_views": 0, "connected": False}
+    plain, lifted = select(**given, floor=0.0), select(**given, floor=0.75, floor_share=1.0)
+    assert len(lifted.viewpoints) >= len(plain.viewpoints)
+    assert np.mean(plain.reconstructability >= 3.0) < 0.95
+    assert np.mean(lifted.reconstructability >= 3.0) == 1.0
+    assert np.mean(lifted.reconstructability >= 4.0) >= 0.8
 
 
 class Plugin:

@@ -63,7 +63,7 @@ def positions():
 SAMPLES, POSITIONS, CASTER = samples(), positions(), RayCaster(mesh())
 EYE = Eye(SAMPLES, CASTER, SightRule(0.0, REFERENCE, GRAZING, sectors=1), REFERENCE)
 TABLE = chord_table(parallax_weight)
-LIMITS = Wish(4.0, np.zeros(len(SAMPLES), dtype=np.int64)).limits(REFERENCE)
+LIMITS = Wish(np.full(len(SAMPLES), 4.0), np.zeros(len(SAMPLES), dtype=np.int64)).limits(REFERENCE)
 
 
 def place(airspace=None, spread=map, **changes):

@@ -47,11 +47,25 @@ def test_elements_out_of_reach_are_not_asked_for():
     assert demanding.cost([0, 1, 2]) == 3.0
 
 
+def test_each_element_may_have_a_target_of_its_own():
+    unlike = problem(target=[2.9, 0.9])
+    assert unlike.cost([0, 1, 2]) == 3.0
+    with pytest.raises(InvalidSolution):
+        unlike.cost([0, 1])
+    assert problem(target=[0.9, 0.9]).cost([0, 1]) == 2.0
+    assert problem(target=[2.9, 1.1]).cost([0, 1, 2]) == 3.0  # the second is out of reach
+
+
 def test_a_share_may_be_left_out():
     assert problem(share=0.5).cost([0, 2]) == 2.0
 
 
 def test_bad_input_is_named():
-    for change in ({"rays": 2 * np.ones((5, 3))}, {"target": 0}, {"share": 0}, {"weights": [1]}):
+    for change in (
+        {"rays": 2 * np.ones((5, 3))},
+        *({"target": wrong} for wrong in (0, -1, [1, 0], [1, 1, 1], [1, np.nan], "high")),
+        {"share": 0},
+        {"weights": [1]},
+    ):
         with pytest.raises(InvalidProblem, match=next(iter(change))):
             problem(**change)

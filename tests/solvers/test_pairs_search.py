@@ -101,7 +101,9 @@ def fresh(problem, chosen):
 def test_after_ten_thousand_changes_every_sum_is_that_of_brute_force():
     from solvers.pairs import state_kernels
 
-    problem = random_problem(0, 40, 25, 0.4, prices=np.arange(40) % 3 / 2.0, target=2.003)
+    problem = random_problem(
+        0, 40, 25, 0.4, prices=np.arange(40) % 3 / 2.0, target=1.003 + np.arange(25) % 3
+    )
     state = empty_state(problem)
     for candidate in np.random.default_rng(1).integers(0, 40, 10_000):
         state_kernels.flip(state, candidate)
@@ -205,6 +207,17 @@ def test_bound_holds_where_a_share_may_be_left_out(seed):
     problem = random_problem(seed, share=0.8)
     best, bound = cheapest(problem), lower_bound(problem)
     assert 0.6 * best <= bound <= best
+    assert solve(problem, "lns", stop=Stop(iterations=150)).cost == best
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("small", [0, 3_000])
+def test_bound_holds_where_each_element_has_a_target_of_its_own(seed, small, monkeypatch):
+    monkeypatch.setattr("solvers.pairs.bounds._SMALL", small)
+    targets = np.random.default_rng(seed).uniform(0.2, 1.6, 8)
+    problem = random_problem(seed, share=0.8, target=targets)
+    best, bound = cheapest(problem), lower_bound(problem)
+    assert (0.6 if small else 0.3) * best <= bound <= best
     assert solve(problem, "lns", stop=Stop(iterations=150)).cost == best
 
 

@@ -25,7 +25,7 @@ def case(seed, candidates=300, elements=20, share=0.5, cheapest=0):
         rng.uniform(-0.1, 0.9, hits.nnz),
         rays[:, 2],
         weights=chord_table(lambda angle: np.exp(-((angle - 0.3) ** 2) / 0.05)),
-        target=rng.uniform(0.5, 4.0),
+        target=rng.uniform(0.5, 4.0, elements),
         fine=rng.random(hits.nnz) < 0.5,
         fine_demand=rng.integers(0, 3, elements),
         prices=rng.integers(cheapest, 4, candidates) / 2.0,
