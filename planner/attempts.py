@@ -36,7 +36,7 @@ from planner.viewpoints.selection import Selection, reassess
 from planner.viewpoints.viewpoints import Viewpoints
 
 _GUARDS = 5  # of the chance in this stage
-_DRAWS = 6  # samples that guard the photos, for each that they are planned by
+_DRAWS = 4  # samples that guard the photos, for each that they are planned by
 
 Mapper = Callable[..., Any]
 """``map`` and what looks like it."""

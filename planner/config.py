@@ -275,6 +275,11 @@ class ViewpointSettings(Settings):
         """Whether photos are chosen by what pairs of them can triangulate."""
         return self.preset == "cover" and self.objective == "reconstructability"
 
+    @property
+    def floors(self) -> bool:
+        """Whether samples that need not reach the target are to have a part of it."""
+        return self.by_pairs and self.budget is None and self.floor > 0.0
+
     @model_validator(mode="after")
     def _has_sides_enough(self) -> Self:
         """Refuse more sides than are told apart, where sides are wanted."""

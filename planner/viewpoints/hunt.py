@@ -33,7 +33,7 @@ class Slack:
     def of(cls, count: int, settings: ViewpointSettings) -> "Slack":
         """Slack among so many samples that can have what is wanted."""
         below = math.floor((1.0 - settings.share) * count + 1e-9)
-        if settings.floor == 0.0:
+        if not settings.floors:
             return cls(below, below)
         return cls(below, min(below, math.floor((1.0 - settings.floor_share) * count + 1e-9)))
 

@@ -73,7 +73,7 @@ class Effort:
 EFFORTS = {
     "quick": Effort(100.0, 4.0, 2, 1, 20.0, 20.0, 2),
     "standard": Effort(150.0, 10.0, 7, 1, 40.0, 40.0, 4),
-    "best": Effort(225.0, 20.0, 25, 2, 40.0, 50.0, 4),
+    "best": Effort(225.0, 20.0, 18, 2, 40.0, 50.0, 4),
 }
 """What each effort may take; docs/views.md has the times measured."""
 

@@ -1,6 +1,7 @@
 """Choose the photos: the socket where set-cover solvers plug in (paper section 3.3.2)."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -175,6 +176,9 @@ def _pair_wish(wish: Wish, reachable: Bools, sharp: Demand, settings: ViewpointS
     """Wish of pairs of photos instead of single ones."""
     given = settings.views if settings.preset == "smith" else settings.budget
     pairs = PairWish(settings.target, settings.share, reachable, given is not None)
+    if settings.floors:
+        floor = settings.floor * settings.target
+        pairs = replace(pairs, floor=floor, floor_share=settings.floor_share)
     possible = Demand(np.minimum(sharp.hits, wish.stages[3]), sharp.sectors)
     return Wish(sharp, possible, wish.stages, binding=True, pairs=pairs, zoned=wish.zoned)
 

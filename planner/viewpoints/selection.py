@@ -69,6 +69,9 @@ class PairWish:
         Which samples can reach it from the free positions that were looked at, shape (S,).
     limited
         Whether the number of photos was given, so that the share is what they get.
+    floor, floor_share
+        Reconstructability that samples below the target should have, 0 if none, and the share of
+        all that should have it or more.
 
     """
 
@@ -76,6 +79,8 @@ class PairWish:
     share: float
     reachable: Bools
     limited: bool = False
+    floor: float = 0.0
+    floor_share: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -227,9 +227,7 @@ class Subject:
     @property
     def floor(self) -> float:
         """What samples that need not reach the target should have; 0 where that is nothing."""
-        return (
-            0.0 if self.settings.budget is not None else self.settings.floor * self.settings.target
-        )
+        return self.settings.floor * self.settings.target if self.settings.floors else 0.0
 
     def reach(self, pool: Pool) -> tuple[Bools, Bools]:
         """Which samples can reach the target by all poses of a pool, and which the floor."""
