@@ -13,7 +13,7 @@ from planner.airspace.airspace import Airspace
 from planner.geometry import bezier
 from planner.missions.records import read_json
 
-SETTINGS = ["scale.radius_share=0.03", "seed=4"]
+SETTINGS = ["scale.radius_share=0.03", "seed=4", "viewpoints.sharp_share=1.0"]  # close to things
 FILES = {
     "airspace.npz",
     "config.toml",
