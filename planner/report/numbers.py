@@ -14,7 +14,7 @@ from planner.flight.energy import climb_energy, energy
 if TYPE_CHECKING:
     from planner.planning import Plan
     from planner.sorties.sorties import Sorties
-    from planner.viewpoints.selection import PairWish, Selection
+    from planner.viewpoints.selection import FloorWish, Selection
     from solvers import Result
 
 PACKAGES: tuple[str, ...] = (
@@ -182,16 +182,18 @@ def _reconstructable(selection: "Selection") -> dict[str, Any] | None:
         "samples": int(np.count_nonzero(wish.reachable)),
         "share": selection.fulfilled,
         "wanted": None if wish.limited else wish.share,
-        "floor": _floor(selection, wish),
+        "floor": None if wish.floor is None else _floor(selection, wish.floor),
     }
 
 
-def _floor(selection: "Selection", wish: "PairWish") -> dict[str, float] | None:
-    """Share of the same samples that have the floor or more, where there is one."""
-    if wish.floor == 0.0:
-        return None
-    share = selection.reconstructable(wish.floor)
-    return {"h": wish.floor, "share": share, "wanted": wish.floor_share}
+def _floor(selection: "Selection", wish: "FloorWish") -> dict[str, float]:
+    """Share of what can have the floor that does."""
+    return {
+        "h": wish.h,
+        "samples": int(np.count_nonzero(wish.reachable)),
+        "share": wish.reached(selection.reconstructability),
+        "wanted": wish.share,
+    }
 
 
 def _first_flight(plan: "Plan") -> dict[str, Any] | None:

@@ -66,8 +66,8 @@ def sharp_demand(available: NDArray[np.integer], settings: ViewpointSettings) ->
     """
     wanted = np.full(len(available), settings.sharp_views, dtype=np.int64)
     can = int(np.count_nonzero(available))
-    hardest = np.argsort(-available.astype(np.int64), kind="stable")[:can]
-    wanted[hardest[math.ceil(settings.sharp_share * can - 1e-9) :]] = 0
+    easiest = np.argsort(-available.astype(np.int64), kind="stable")[:can]
+    wanted[easiest[math.ceil(settings.sharp_share * can - 1e-9) :]] = 0
     return Demand(wanted, np.zeros_like(wanted))
 
 

@@ -19,23 +19,29 @@ class Slack:
 
     Parameters
     ----------
-    below
-        Below their target, or without their sharp photos.
+    weak
+        Need no more than the floor.
     lost
-        Of these, below the floor too.
+        Need nothing. Those that the share leaves out are both together.
 
     """
 
-    below: int
+    weak: int
     lost: int
 
     @classmethod
-    def of(cls, count: int, settings: ViewpointSettings) -> "Slack":
-        """Slack among so many samples that can have what is wanted."""
-        below = math.floor((1.0 - settings.share) * count + 1e-9)
+    def of(cls, firm: int, possible: int, settings: ViewpointSettings) -> "Slack":
+        """Slack where so many samples can reach the target, and so many the floor."""
+        below = math.floor((1.0 - settings.share) * firm + 1e-9)
         if not settings.floors:
-            return cls(below, below)
-        return cls(below, min(below, math.floor((1.0 - settings.floor_share) * count + 1e-9)))
+            return cls(0, below)
+        lost = min(below, math.floor((1.0 - settings.floor_share) * possible + 1e-9))
+        return cls(below - lost, lost)
+
+    @property
+    def below(self) -> int:
+        """How many may be below the target, or without their sharp photos."""
+        return self.weak + self.lost
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +61,7 @@ class Hunt:
     sharp
         Sharp photos that each sample wants as long as it is to reach the target, shape (S,).
     wanted
-        How many samples must have what they want.
+        How many samples must have what they want, guards and others counted together.
     slack, spare
         What may be missed of the samples planned by, and of all guards.
     guards
@@ -90,21 +96,26 @@ class Hunt:
     ) -> "Hunt":
         """Where it stands after the first search, which has chosen rows of ``many``."""
         firm, possible = subject.reach(many)
-        slack = Slack.of(int(np.count_nonzero(firm)), subject.settings)
+        can = int(np.count_nonzero(possible))
+        slack = Slack.of(int(np.count_nonzero(firm)), can, subject.settings)
+        many_guards = 0 if guards is None else len(guards)
         hunt = cls(
             *(subject, few, many, many.take(chosen)),
             firm=firm,
             sharp=subject.problem(many).fine_demand,
-            wanted=int(np.count_nonzero(possible)) - slack.lost,
+            wanted=can - slack.lost,
             slack=slack,
-            spare=Slack.of(0 if guards is None else len(guards), subject.settings),
+            spare=Slack.of(many_guards, many_guards, subject.settings),
             guards=guards,
             result=result,
         )
         return hunt.relaxed()
 
     def relaxed(self) -> "Hunt":
-        """Want no more than the floor of those samples that have least, as many as may be."""
+        """Want no more than the floor of the samples that have least, as many as may be.
+
+        Those that have the very least may be lost, and count as far as they get.
+        """
         subject = self.subject
         if subject.floor == 0.0:
             return self
@@ -112,8 +123,11 @@ class Hunt:
         order = np.lexsort((value, (value >= subject.settings.target) & (fine >= self.sharp)))
         order = order[self.firm[order]]
         weak = ~self.firm
-        weak[order[order < subject.planned][: self.slack.below]] = True
-        weak[order[order >= subject.planned][: self.spare.below]] = True
+        for rows, slack in (
+            (order[order < subject.planned], self.slack),
+            (order[order >= subject.planned], self.spare),
+        ):
+            weak[rows[slack.lost : slack.below]] = True
         return replace(self, subject=subject.wanting(weak, self.sharp))
 
     def guarded(self) -> "Hunt":

@@ -14,7 +14,7 @@ from planner.viewpoints.camera import Camera
 from planner.viewpoints.crowd import Crowd
 from planner.viewpoints.demand import sharp_demand
 from planner.viewpoints.free_balls import FreeBalls, free_balls
-from planner.viewpoints.hunt import Hunt
+from planner.viewpoints.hunt import Hunt, Slack
 from planner.viewpoints.moves import Wish
 from planner.viewpoints.pairs import VisiblePairs
 from planner.viewpoints.pool import Pool
@@ -88,14 +88,17 @@ class PairChoice:
         The photos.
     reachable
         Which samples can reach the target from the positions looked at, shape (S,).
+    possible
+        Which can reach the floor, where there is one, else the same.
     results
-        Of the last search, and where guards were planned for of what completed its answer; the
-        last one has the bound.
+        Of the last search, and where guards or a floor were planned for of what completed its
+        answer; the last one has the bound.
 
     """
 
     viewpoints: Viewpoints
     reachable: Bools
+    possible: Bools
     results: tuple[Result[Ints], ...]
 
 
@@ -158,7 +161,7 @@ def choose_by_pairs(
         )
     if not len(result.solution):
         none = many.take(_NONE).viewpoints(_NONE, samples, kind="pair")
-        return PairChoice(none, problem.reachable, (result,))
+        return PairChoice(none, problem.reachable, problem.reachable, (result,))
     hunt = Hunt.begun(
         *(subject, few, many, result),
         chosen=result.solution,
@@ -200,7 +203,7 @@ def within_reach(
     """
     none = np.zeros(len(samples), dtype=np.int64)
     subject = Subject.of(samples, caster, camera, rule, settings, sharp=none)
-    count = EFFORTS[settings.effort].positions * _layer(subject, positions, voxel)
+    count = EFFORTS["quick"].positions * _layer(subject, positions, voxel)
     grid = subject.grid(positions, spacing=voxel, limit=max(_FEWEST, round(count)))
     own = subject.at(viewpoints.positions, viewpoints.yaw_deg, viewpoints.pitch_deg)
     return subject.problem(grid.joined(own)).reachable
@@ -266,8 +269,8 @@ class _Mover:
 def _finish(hunt: Hunt, subject: Subject, many: Pool, *, iterations: int, seed: int) -> PairChoice:
     """Search once more on the first grid, and prove what was asked for.
 
-    With guards or a floor the photos are completed for the ``subject`` without them, whose bound
-    it is.
+    With guards or a floor the photos are completed for the ``subject`` without guards, first to
+    the floor and then to the target, whose bound it is.
     """
     hunt = hunt.guarded()
     more = hunt.subject.guards > 0 or subject.floor > 0.0
@@ -277,10 +280,18 @@ def _finish(hunt: Hunt, subject: Subject, many: Pool, *, iterations: int, seed: 
     pool = many.joined(subject.at(kept.positions, kept.yaw_deg, kept.pitch_deg))
     problem, start = subject.problem(pool), len(many) + np.arange(len(kept))
     results: tuple[Result[Ints], ...]
+    firm = possible = problem.reachable
+    if subject.floor > 0.0:
+        firm, possible = subject.reach(pool)
+        can = int(np.count_nonzero(possible))
+        slack = Slack.of(int(np.count_nonzero(firm)), can, subject.settings)
+        low = subject.wanting(np.ones(len(firm), dtype=np.bool_), subject.sharp)
+        lifted = low.completed(low.problem(pool, wanted=can - slack.lost), start).solution
+        start = start if lifted is None else lifted
     if more:
-        results = (hunt.result, subject.completed(problem, start))
+        results = (hunt.result, subject.completed(problem, start, bounded=True))
     else:
         results = (subject.search(problem, start, iterations=iterations, seed=seed, bounded=True),)
     chosen = start if results[-1].solution is None else results[-1].solution
     views = pool.viewpoints(chosen, subject.samples, kind="pair")
-    return PairChoice(views, problem.reachable, results)
+    return PairChoice(views, firm, possible, results)

@@ -1,7 +1,6 @@
 """Choose the photos: the socket where set-cover solvers plug in (paper section 3.3.2)."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,7 +24,7 @@ from planner.viewpoints.pairs import visible_pairs
 from planner.viewpoints.pairwise import choose_by_pairs, within_reach
 from planner.viewpoints.paper import paper_viewpoints
 from planner.viewpoints.rays import RayCaster
-from planner.viewpoints.selection import PairWish, Selection, Wish, assess, reassess
+from planner.viewpoints.selection import FloorWish, PairWish, Selection, Wish, assess, reassess
 from planner.viewpoints.sight import SightRule
 from planner.viewpoints.smith import smith_viewpoints
 from planner.viewpoints.ties import Matching, tie
@@ -121,7 +120,8 @@ def select_viewpoints(
             guards=guards,
         )
         viewpoints, results = found.viewpoints, found.results
-        wish = _pair_wish(wish, found.reachable, sharp_demand(pairs.available, settings), settings)
+        sharp = sharp_demand(pairs.available, settings)
+        wish = _pair_wish(wish, found.reachable, sharp, settings, possible=found.possible)
     elif covers:
         candidates = cover_candidates(
             positions, pairs, samples, camera, demand=demand, settings=settings
@@ -172,15 +172,22 @@ def select_viewpoints(
     )
 
 
-def _pair_wish(wish: Wish, reachable: Bools, sharp: Demand, settings: ViewpointSettings) -> Wish:
-    """Wish of pairs of photos instead of single ones."""
+def _pair_wish(
+    wish: Wish,
+    reachable: Bools,
+    sharp: Demand,
+    settings: ViewpointSettings,
+    *,
+    possible: Bools | None = None,
+) -> Wish:
+    """Wish of pairs of photos instead of single ones; ``possible`` samples can have the floor."""
     given = settings.views if settings.preset == "smith" else settings.budget
-    pairs = PairWish(settings.target, settings.share, reachable, given is not None)
-    if settings.floors:
-        floor = settings.floor * settings.target
-        pairs = replace(pairs, floor=floor, floor_share=settings.floor_share)
-    possible = Demand(np.minimum(sharp.hits, wish.stages[3]), sharp.sectors)
-    return Wish(sharp, possible, wish.stages, binding=True, pairs=pairs, zoned=wish.zoned)
+    floor = None
+    if settings.floors and possible is not None:
+        floor = FloorWish(settings.floor * settings.target, settings.floor_share, possible)
+    pairs = PairWish(settings.target, settings.share, reachable, given is not None, floor)
+    having = Demand(np.minimum(sharp.hits, wish.stages[3]), sharp.sectors)
+    return Wish(sharp, having, wish.stages, binding=True, pairs=pairs, zoned=wish.zoned)
 
 
 def _cover(

@@ -69,9 +69,8 @@ class PairWish:
         Which samples can reach it from the free positions that were looked at, shape (S,).
     limited
         Whether the number of photos was given, so that the share is what they get.
-    floor, floor_share
-        Reconstructability that samples below the target should have, 0 if none, and the share of
-        all that should have it or more.
+    floor
+        What was asked of samples below the target, if anything.
 
     """
 
@@ -79,8 +78,32 @@ class PairWish:
     share: float
     reachable: Bools
     limited: bool = False
-    floor: float = 0.0
-    floor_share: float = 0.0
+    floor: "FloorWish | None" = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FloorWish:
+    """What was asked of samples that need not reach the target.
+
+    Parameters
+    ----------
+    h
+        Wanted reconstructability.
+    share
+        Share of the samples that can reach it that should.
+    reachable
+        Which samples can reach it, shape (S,).
+
+    """
+
+    h: float
+    share: float
+    reachable: Bools
+
+    def reached(self, reconstructability: Floats) -> float:
+        """Share of the samples that can reach it which do; 1 of none."""
+        can = reconstructability[self.reachable]
+        return float(np.mean(can >= self.h)) if len(can) else 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -242,6 +265,13 @@ def _unmet(reason: Bytes, seen: Coverage, h: Floats, wish: Wish) -> tuple[Findin
         if count:
             message = f"{count} of {len(reason)} samples {what}"
             found.append(Finding("viewpoints", code, message, float(count), grave))
+    floor = None if wish.pairs is None else wish.pairs.floor
+    if floor is not None and floor.reached(h) < floor.share - 1e-9:
+        message = (
+            f"{100.0 * floor.reached(h):.1f} % of what can have a reconstructability of "
+            f"{floor.h:g} has it, where {100.0 * floor.share:g} % are wanted"
+        )
+        found.append(Finding("viewpoints", "samples-below-floor", message, floor.reached(h), False))
     return tuple(found)
 
 

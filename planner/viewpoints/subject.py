@@ -308,9 +308,12 @@ class Subject:
         solver, stop = load("pairs", name, **options), Stop(iterations=iterations)
         return _heard(solve(problem, solver, seed=seed, stop=stop, initial=initial))
 
-    def completed(self, problem: PairCoverProblem, start: Ints) -> Result[Ints]:
-        """The start with what is missing, nothing left out, and a bound for the problem."""
-        options = {"start": tuple(start.tolist()), "pruned": False, "bound_steps": _BOUND_STEPS}
+    def completed(
+        self, problem: PairCoverProblem, start: Ints, *, bounded: bool = False
+    ) -> Result[Ints]:
+        """The start with what is missing, nothing left out, and a bound if told to."""
+        steps = _BOUND_STEPS if bounded else 0
+        options = {"start": tuple(start.tolist()), "pruned": False, "bound_steps": steps}
         return _heard(solve(problem, load("pairs", "greedy", **options)))
 
 
