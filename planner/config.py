@@ -202,7 +202,8 @@ class ViewpointSettings(Settings):
     """``pairs``, ``smith``: wanted share with that ``target`` of the samples that can reach it."""
     floor: float = Field(default=0.9, ge=0.0, lt=1.0)
     """``pairs``: part of the ``target`` that samples should have which the ``share`` leaves out, or
-    which cannot reach all of it; 0: none."""
+    which cannot reach all of it; 0: none. A given number of photos (``budget``, or what fits
+    into ``minutes``) has none."""
     floor_share: float = Field(default=0.995, gt=0.0, le=1.0)
     """``pairs``: wanted share with that of the samples that can reach it."""
     sharp_views: int = Field(default=1, ge=0, le=20)
