@@ -2,9 +2,9 @@
 
 The target is that of the literature, h of at least 3 on 97.8 % of the samples in reach, without
 the wish for sharp photos, without a floor for the rest and without bridges. The literature counts
-the samples that photos were chosen by, so nothing guards these; ``guarded`` is the same with guards.
-``SCANWRIGHT_EFFORTS`` names the efforts to run (``quick`` unless set); ``best`` takes two minutes on
-one core.
+the samples that photos were chosen by, so nothing guards these; ``guarded`` is the same with
+guards. ``SCANWRIGHT_EFFORTS`` names the efforts to run (``quick`` unless set); ``best`` takes two
+minutes on one core.
 """
 
 import os
