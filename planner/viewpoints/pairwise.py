@@ -93,6 +93,8 @@ class PairChoice:
     results
         Of the last search, and where guards or a floor were planned for of what completed its
         answer; the last one has the bound.
+    subject, grid
+        What was to be photographed, and poses to choose further photos from.
 
     """
 
@@ -100,6 +102,8 @@ class PairChoice:
     reachable: Bools
     possible: Bools
     results: tuple[Result[Ints], ...]
+    subject: Subject
+    grid: Pool
 
 
 def choose_by_pairs(
@@ -161,7 +165,7 @@ def choose_by_pairs(
         )
     if not len(result.solution):
         none = many.take(_NONE).viewpoints(_NONE, samples, kind="pair")
-        return PairChoice(none, problem.reachable, problem.reachable, (result,))
+        return PairChoice(none, problem.reachable, problem.reachable, (result,), subject, few)
     hunt = Hunt.begun(
         *(subject, few, many, result),
         chosen=result.solution,
@@ -294,4 +298,4 @@ def _finish(hunt: Hunt, subject: Subject, many: Pool, *, iterations: int, seed: 
         results = (subject.search(problem, start, iterations=iterations, seed=seed, bounded=True),)
     chosen = start if results[-1].solution is None else results[-1].solution
     views = pool.viewpoints(chosen, subject.samples, kind="pair")
-    return PairChoice(views, firm, possible, results)
+    return PairChoice(views, firm, possible, results, subject, hunt.few)

@@ -20,8 +20,9 @@ from planner.viewpoints.cover import cover_candidates, photo_prices
 from planner.viewpoints.demand import Demand, even_demand, sharp_demand, view_demand
 from planner.viewpoints.forbidden import hindrances, kept_out
 from planner.viewpoints.graph import LinkRule
+from planner.viewpoints.growth import spent
 from planner.viewpoints.pairs import visible_pairs
-from planner.viewpoints.pairwise import choose_by_pairs, within_reach
+from planner.viewpoints.pairwise import PairChoice, choose_by_pairs, within_reach
 from planner.viewpoints.paper import paper_viewpoints
 from planner.viewpoints.rays import RayCaster
 from planner.viewpoints.selection import FloorWish, PairWish, Selection, Wish, assess, reassess
@@ -107,6 +108,7 @@ def select_viewpoints(
     stages = hindrances(pairs, positions, samples, caster, rule)
     wish = Wish(demand, reachable, stages, binding=covers, zoned=zoned)
     results: tuple[Result[Ints], ...] = ()
+    found: PairChoice | None = None
     if covers and settings.objective == "reconstructability":
         found = choose_by_pairs(
             *(positions, samples, caster, camera),
@@ -163,6 +165,11 @@ def select_viewpoints(
             links=links,
             anchors=anchors,
         )
+        count = settings.budget
+        if found is not None and count and (anchors is None or len(viewpoints) < count):
+            every = np.arange(len(found.grid))
+            offers = found.grid.viewpoints(every, found.subject.samples, kind="pair")
+            viewpoints = spent(viewpoints, offers, found.subject, links=links, count=count)
     return assess(
         *(viewpoints, samples, caster, camera, rule),
         wish=wish,

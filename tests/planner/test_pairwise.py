@@ -147,6 +147,25 @@ def test_a_budget_bounds_the_photos_and_is_no_failure():
     assert not [finding for finding in few.findings if finding.partial]
 
 
+@pytest.mark.parametrize("budget", [2, 3, 5, 8, 13])
+def test_all_photos_of_a_budget_are_taken_and_match(budget):
+    chosen = select(budget=budget, target=40.0, sharp_views=0)  # never enough
+    assert len(chosen.viewpoints) == budget
+    assert chosen.graph.firm
+
+
+def test_more_photos_never_show_less():
+    shares = [select(budget=budget).fulfilled for budget in (3, 5, 8, 12)]
+    assert shares == sorted(shares)
+    assert shares[-1] > shares[0]
+
+
+def test_nothing_is_added_that_is_worth_nothing():
+    everything = select(budget=60)
+    assert everything.fulfilled == 1.0
+    assert len(everything.viewpoints) < 60
+
+
 def test_dropping_photos_makes_the_plan_partial(selection):
     mesh, samples, _ = roof()
     settings = ViewpointSettings(objective="reconstructability")
