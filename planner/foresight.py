@@ -19,6 +19,8 @@ from planner.viewpoints.frustum import elevation_range
 _MOST_SQUARES = 50_000_000
 """Squares of side R on the ground; for more the memory of most machines is too small."""
 
+_AREA_CELL = 0.01  # of the longest side: squares of which those with points are counted
+
 
 def camera_of(settings: CameraSettings) -> Camera:
     """Camera that the settings describe."""
@@ -171,13 +173,22 @@ def _refuse_radius(scene: Scene, radius: float) -> None:
             f"{name}: scale.radius {radius:.4g} m is more than the whole scene, {longest:.4g} m; "
             "lower it, or set scene.unit if the unit is wrong"
         )
-    area = float(np.ptp(scene.cloud.xyz[:, :2], axis=0).prod())
+    area = _area(scene)
     if area > _MOST_SQUARES * radius**2:
         least = np.sqrt(area / _MOST_SQUARES)
         raise PlannerError(
             f"{name}: scale.radius {radius:.3g} m makes more samples than fit into memory; "
             f"raise it to {1.01 * least:.3g} m or more, or give a smaller part of the scene"
         )
+
+
+def _area(scene: Scene) -> float:
+    """Area that the points lie over, square metres, however the place is turned or bent."""
+    xy, cell = scene.cloud.xyz[:, :2], _AREA_CELL * float(scene.box.size.max())
+    squares = np.floor((xy - xy.min(axis=0)) / cell).astype(np.int64)
+    held = np.zeros(squares.max(axis=0) + 1, dtype=np.bool_)
+    held[tuple(squares.T)] = True
+    return float(min(np.count_nonzero(held) * cell**2, scene.box.size[:2].prod()))
 
 
 def _refuse_range(config: Config, scale: Scale) -> None:

@@ -220,3 +220,33 @@ def test_the_smallest_radius_that_is_told_is_taken(scan, place):
     config = load_config(None, [f"scale.radius={radius}"])
     enough = derive_scale(scene, camera_of(config.camera), config.scale)
     refuse_place(config, scene, enough)
+
+
+def hills(corners, spacing=4.0):
+    """Points of soft hills within rectangles (x, y, x, y), turned by 45 degrees."""
+    grids = [
+        np.stack(np.meshgrid(np.arange(a, c, spacing), np.arange(b, d, spacing)), axis=-1)
+        for a, b, c, d in corners
+    ]
+    xy = np.vstack([grid.reshape(-1, 2) for grid in grids]) @ np.array([[1, 1], [-1, 1]]) / 2**0.5
+    return np.column_stack([xy, 9.0 * np.sin(0.02 * xy[:, 0])])
+
+
+@pytest.mark.parametrize(
+    ("corners", "area"),
+    [
+        ([(0, 0, 2000, 30)], 60_000.0),
+        ([(0, 0, 2000, 40), (0, 0, 40, 2000)], 158_400.0),
+    ],
+    ids=["strip", "elbow"],
+)
+def test_a_place_counts_by_its_own_area_and_not_by_that_around_it(tmp_path, corners, area):
+    np.savetxt(tmp_path / "a.xyz", hills(corners), fmt="%.4f")
+    scene = load_scene(tmp_path / "a.xyz")
+    for squares, refused in ((2.2e7, False), (1.2e8, True)):  # 5e7 are too many
+        config = load_config(None, [f"scale.radius={(area / squares) ** 0.5}"])
+        scale = derive_scale(scene, camera_of(config.camera), config.scale)
+        line = complaint_of(lambda config=config, scale=scale: refuse_place(config, scene, scale))
+        assert ("more samples than fit" in line) == refused
+    told = float(line.split("raise it to ")[1].split(" m ")[0])
+    assert 0.95 * (area / 5e7) ** 0.5 <= told <= 1.6 * (area / 5e7) ** 0.5
