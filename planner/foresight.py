@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from planner.airspace.airspace import flight_bounds
 from planner.airspace.terrain import terrain
 from planner.airspace.zone_files import read_geojson
 from planner.config import CameraSettings, Config, SortieSettings
@@ -11,7 +12,8 @@ from planner.errors import MissingDependency, PlannerError
 from planner.scale import DESIGN_INCIDENCE, NEAREST_SHARE, Scale
 from planner.scene.readers.poses import read_poses
 from planner.scene.scene import Scene
-from planner.sorties.problem import ENDS
+from planner.sorties.refusals import refuse_waypoints
+from planner.sorties.station import pad_of
 from planner.sorties.thought import usable_seconds
 from planner.viewpoints.camera import Camera
 from planner.viewpoints.frustum import elevation_range
@@ -55,7 +57,7 @@ def refuse_settings(config: Config) -> None:
     if config.scale.d_min is not None:
         _refuse_ceiling(config, config.scale.d_min)
     if config.sorties.stations:
-        _refuse_waypoints(config.sorties)
+        refuse_waypoints(config.sorties)
 
 
 def refuse_place(config: Config, scene: Scene, scale: Scale) -> None:
@@ -157,14 +159,6 @@ def _refuse_ceiling(config: Config, d_min: float) -> None:
         )
 
 
-def _refuse_waypoints(settings: SortieSettings) -> None:
-    if settings.most_waypoints is not None and settings.most_waypoints < ENDS:
-        raise PlannerError(
-            f"sorties.most_waypoints = {settings.most_waypoints}: a sortie of one photo has "
-            f"{ENDS}; raise it"
-        )
-
-
 def _refuse_radius(scene: Scene, radius: float) -> None:
     """A radius larger than the place, or so small that its samples would fill the memory."""
     longest, name = float(scene.box.size.max()), scene.source or scene.name
@@ -205,31 +199,11 @@ def _refuse_range(config: Config, scale: Scale) -> None:
 
 def _refuse_stations(config: Config, scene: Scene, scale: Scale) -> None:
     """Stations out of the space in which flight is considered, or deep in the ground."""
-    beyond = scale.d_max if config.airspace.beyond is None else config.airspace.beyond
-    half = 0.5 * scene.box.size @ np.abs(scene.box.axes) + beyond
-    low, high = scene.box.centre - half, scene.box.centre + half
-    for row, station in enumerate(config.sorties.stations):
-        at = np.array(station)
-        name = f"sorties.stations[{row}] = ({at[0]:g}, {at[1]:g})"
-        away = float(np.maximum(low[:2] - at[:2], at[:2] - high[:2]).max())
-        if away > 0.0:
-            raise PlannerError(
-                f"{name}: is {away:.1f} m outside of the space that is known; "
-                "move it or raise airspace.beyond by that much"
-            )
-        if len(at) < 3:
-            continue
-        ground = float(terrain(scene.ground).height(at[None, :2])[0])
-        if at[2] < ground - scale.d_min:
-            raise PlannerError(
-                f"{name}: its height {at[2]:g} m is {ground - at[2]:.1f} m under the ground; "
-                "leave the height out to stand on the ground"
-            )
-        if at[2] + scale.d_min >= high[2]:
-            raise PlannerError(
-                f"{name}: is at {at[2]:g} m, where space is known up to {high[2]:.1f} m only; "
-                "leave the height out to stand on the ground"
-            )
+    bounds = flight_bounds(scene, config.airspace, d_max=scale.d_max)
+    kept = {"d_min": scale.d_min, "margin": config.flight.margin}
+    height = terrain(scene.ground).height
+    for number, point in enumerate(config.sorties.stations):
+        pad_of(number, np.array(point, dtype=np.float64), bounds, height, **kept)
 
 
 def _refuse_climbs(settings: SortieSettings, d_min: float) -> None:

@@ -138,7 +138,10 @@ def test_the_command_begins_nothing_and_writes_nothing(  # noqa: PLR0917 - fixtu
         ),
         (["sorties.stations=[[0,0],[900,0]]"], r"stations\[1\] = \(900, 0\): is [\d.]+ m outside"),
         (["sorties.stations=[[20,20,-9]]"], r"its height -9 m is 9\.\d m under the ground; leave"),
-        (["sorties.stations=[[20,20,900]]"], "is at 900 m, where space is known up to"),
+        (
+            ["sorties.stations=[[20,20,900]]"],
+            r"is at 900.0 m, where flight is considered up to .*; leave",
+        ),
         (
             ["sorties.stations=[[20,20]]", "sorties.endurance_seconds=2"],
             "endurance_seconds = 2: to climb to d_min .* leaves 2 s; raise it",
@@ -179,13 +182,22 @@ def complaint_of(act):
     return ""
 
 
-def test_a_station_is_refused_early_only_if_it_is_late(place):
+def climbs_free(space, pad):
+    """Whether some height ``d_min`` or more over a pad is free, and nothing solid under it."""
+    heights = np.arange(0.1, space.bounds[1][2] - pad[2], 0.1)
+    way = pad + heights[:, None] * np.array([0.0, 0.0, 1.0])
+    if not len(way):
+        return False
+    free = np.flatnonzero(space.is_free(way) & (heights >= space.d_min))
+    return bool(len(free)) and bool((space.clearance(way[: free[0]]) > -0.1).all())
+
+
+def test_a_station_is_refused_early_only_where_no_flight_can_begin(place):
     config, scene, scale, space = place
-    low, high = space.bounds
-    rng = np.random.default_rng(1)
+    (low, high), rng = space.bounds, np.random.default_rng(1)
     points = [tuple(point) for point in rng.uniform(low[:2] - 30.0, high[:2] + 30.0, (40, 2))]
     points += [(20.0, 20.0, z) for z in np.linspace(-20.0, high[2] + 20.0, 40)]
-    early = 0
+    early, able = 0, 0
     for point in points:
         stations = config.sorties.model_copy(update={"stations": (point,)})
         asked = config.model_copy(update={"sorties": stations})
@@ -193,11 +205,16 @@ def test_a_station_is_refused_early_only_if_it_is_late(place):
         late = complaint_of(
             lambda point=point: find_stations([point], space, space.terrain.height, margin=0.002)
         )
-        assert late or not soon
-        if "outside of the space" in late:
-            assert soon == late
-        early += bool(soon)
+        ground = float(space.terrain.height(np.array([point[:2]]))[0])
+        pad = np.array([*point[:2], point[2] if len(point) > 2 else ground])
+        beyond = bool((pad[:2] < low[:2]).any() or (pad[:2] > high[:2]).any())
+        deep, high_up = ground - scale.d_min, high[2] - scale.d_min - 0.004
+        assert bool(soon) == (beyond or not deep <= pad[2] < high_up)
+        assert late == soon or not soon
+        assert not (soon and climbs_free(space, pad))
+        early, able = early + bool(soon), able + climbs_free(space, pad)
     assert 20 < early < 60
+    assert able > 10
 
 
 @pytest.mark.parametrize(("over", "refused"), [(-0.01, True), (7.0, False)])
