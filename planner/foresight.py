@@ -150,12 +150,14 @@ def _refuse_distances(config: Config, camera: Camera) -> None:
 
 
 def _refuse_ceiling(config: Config, d_min: float) -> None:
-    """A ceiling under which nothing keeps its distance from the ground."""
-    ceiling = config.airspace.ceiling
-    if ceiling is not None and ceiling < d_min:
+    """A ceiling under which nothing keeps its distance from the ground and from the ceiling."""
+    ceiling, kept = config.airspace.ceiling, config.airspace.zone_margin
+    if ceiling is not None and ceiling < d_min + kept:
+        under = f"{kept:g} m of zone_margin over " if kept else ""
         raise PlannerError(
-            f"airspace.ceiling = {ceiling:g}: is under d_min {d_min:.4g} m, which is kept from the "
-            f"ground too; raise it by over {d_min - ceiling:.2f} m or lower scale.d_min"
+            f"airspace.ceiling = {ceiling:g}: is under {under}d_min {d_min:.4g} m, which is kept "
+            f"from the ground too; raise it by over {d_min + kept - ceiling:.2f} m or lower "
+            f"scale.d_min{' or airspace.zone_margin' if kept else ''}"
         )
 
 

@@ -67,6 +67,11 @@ SETTINGS = [
     ),
     (["scale.d_min=9", "scale.gsd=0.001"], "leaves no room below d_max .* or raise scale.gsd"),
     (["scale.d_min=9", "airspace.ceiling=8.5"], "airspace.ceiling = 8.5: .* by over 0.50 m"),
+    (
+        ["scale.d_min=9", "airspace.ceiling=11", "airspace.zone_margin=4"],
+        "ceiling = 11: is under 4 m of zone_margin over d_min 9 m, .* by over 2.00 m or lower "
+        "scale.d_min or airspace.zone_margin",
+    ),
     (["sorties.stations=[[0,0]]", "sorties.most_waypoints=2"], "most_waypoints = 2: .* raise it"),
 ]
 """Settings that no place suits."""
@@ -217,11 +222,14 @@ def test_a_station_is_refused_early_only_where_no_flight_can_begin(place):
     assert able > 10
 
 
-@pytest.mark.parametrize(("over", "refused"), [(-0.01, True), (7.0, False)])
-def test_a_ceiling_is_refused_early_only_if_nothing_is_free(place, over, refused):
+@pytest.mark.parametrize(
+    ("over", "kept", "refused"),
+    [(-0.01, 0.0, True), (7.0, 0.0, False), (4.99, 5.0, True), (12.0, 5.0, False)],
+)
+def test_a_ceiling_is_refused_early_only_if_nothing_is_free(place, over, kept, refused):
     config, scene, scale, _ = place
-    ceiling = config.airspace.model_copy(update={"ceiling": scale.d_min + over})
-    config = config.model_copy(update={"airspace": ceiling})
+    low = config.airspace.model_copy(update={"ceiling": scale.d_min + over, "zone_margin": kept})
+    config = config.model_copy(update={"airspace": low})
     assert bool(complaint_of(lambda: refuse_place(config, scene, scale))) == refused
     space = airspace_of(scene, scale, config)
     grid = candidate_positions(space, box=scene.box, voxel=scale.voxel, limit=10_000, margin=0.002)
