@@ -6,7 +6,7 @@ import numpy as np
 
 from planner.airspace.airspace import flight_bounds
 from planner.airspace.terrain import terrain
-from planner.airspace.zone_files import read_geojson
+from planner.airspace.zone_files import with_files
 from planner.config import CameraSettings, Config, SortieSettings
 from planner.errors import MissingDependency, PlannerError
 from planner.scale import DESIGN_INCIDENCE, NEAREST_SHARE, Scale
@@ -29,8 +29,13 @@ def camera_of(settings: CameraSettings) -> Camera:
     return Camera.from_field_of_view(**settings.model_dump())
 
 
-def refuse_settings(config: Config) -> None:
+def refuse_settings(config: Config) -> Config:
     """Refuse what the settings and the files that they name show to be impossible.
+
+    Returns
+    -------
+    config
+        The same settings with the zones of files among the others: files are read once.
 
     Raises
     ------
@@ -43,8 +48,7 @@ def refuse_settings(config: Config) -> None:
     """
     _refuse_solvers(config)
     _refuse_systems(config)
-    for name in config.airspace.zone_files:
-        read_geojson(name)
+    airspace = with_files(config.airspace)
     if config.scene.images is not None:
         read_poses(Path(config.scene.images))
     camera = camera_of(config.camera)
@@ -58,6 +62,7 @@ def refuse_settings(config: Config) -> None:
         _refuse_ceiling(config, config.scale.d_min)
     if config.sorties.stations:
         refuse_waypoints(config.sorties)
+    return config.model_copy(update={"airspace": airspace})
 
 
 def refuse_place(config: Config, scene: Scene, scale: Scale) -> None:

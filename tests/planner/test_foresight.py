@@ -1,5 +1,6 @@
 """What cannot be is refused before the work that it would waste."""
 
+import json
 import sys
 from dataclasses import dataclass
 from typing import ClassVar
@@ -10,6 +11,7 @@ import pytest
 from planner import cli, load_config, load_scene, plan
 from planner.airspace.airspace import build_airspace
 from planner.airspace.candidates import candidate_positions
+from planner.airspace.zone_files import read_geojson
 from planner.errors import PlannerError
 from planner.foresight import camera_of, refuse_place, refuse_settings
 from planner.scale import derive_scale
@@ -28,6 +30,19 @@ def scan(tmp_path_factory):
     path = tmp_path_factory.mktemp("scan") / "a.xyz"
     np.savetxt(path, np.vstack([ground, roof]), fmt="%.6f")
     return path
+
+
+def test_files_of_zones_are_read_once(scan, tmp_path, monkeypatch):
+    read, corners = [], [[0.0, 0.0], [1e-4, 0.0], [0.0, 1e-4], [0.0, 0.0]]
+    path = tmp_path / "zones.geojson"
+    path.write_text(json.dumps({"type": "Polygon", "coordinates": [corners]}))
+    monkeypatch.setattr(
+        "planner.airspace.zone_files.read_geojson",
+        lambda name: read.append(name) or read_geojson(name),
+    )
+    with pytest.raises(PlannerError, match="set scene"):
+        plan(scan, load_config(None, [f"airspace.zone_files=['{path}']"]))
+    assert read == [str(path)]
 
 
 @dataclass(frozen=True)
