@@ -17,7 +17,7 @@ from planner.config import Config
 from planner.errors import PlannerError, Unattainable
 from planner.findings import Finding
 from planner.flight.fly import Flight, plan_flight
-from planner.foresight import camera_of, refuse_place
+from planner.foresight import refuse_place
 from planner.geometry.arrays import Floats, Ints
 from planner.route.cost import Pace
 from planner.route.order import Route, order_viewpoints
@@ -30,7 +30,7 @@ from planner.sorties.station import Station
 from planner.surface.quality import score_quality
 from planner.surface.reconstruct import other_samples, reconstruct_surface
 from planner.surface.samples import ScoredSamples, Surface, SurfaceSamples
-from planner.viewpoints.camera import Camera
+from planner.viewpoints.camera import Camera, camera_of
 from planner.viewpoints.select import select_viewpoints
 from planner.viewpoints.selection import Selection, reassess
 from planner.viewpoints.viewpoints import Viewpoints

@@ -7,7 +7,7 @@ import numpy as np
 from planner.airspace.airspace import flight_bounds
 from planner.airspace.terrain import terrain
 from planner.airspace.zone_files import with_files
-from planner.config import CameraSettings, Config, SortieSettings
+from planner.config import Config, SortieSettings
 from planner.errors import MissingDependency, PlannerError
 from planner.scale import DESIGN_INCIDENCE, NEAREST_SHARE, Scale
 from planner.scene.readers.poses import read_poses
@@ -15,18 +15,13 @@ from planner.scene.scene import Scene
 from planner.sorties.refusals import refuse_waypoints
 from planner.sorties.station import pad_of
 from planner.sorties.thought import usable_seconds
-from planner.viewpoints.camera import Camera
+from planner.viewpoints.camera import Camera, camera_of
 from planner.viewpoints.frustum import elevation_range
 
 _MOST_SQUARES = 50_000_000
 """Squares of side R on the ground; for more the memory of most machines is too small."""
 
 _AREA_CELL = 0.01  # of the longest side: squares of which those with points are counted
-
-
-def camera_of(settings: CameraSettings) -> Camera:
-    """Camera that the settings describe."""
-    return Camera.from_field_of_view(**settings.model_dump())
 
 
 def refuse_settings(config: Config) -> Config:

@@ -13,10 +13,11 @@ from planner.airspace.airspace import build_airspace
 from planner.airspace.candidates import candidate_positions
 from planner.airspace.zone_files import read_geojson
 from planner.errors import PlannerError
-from planner.foresight import camera_of, refuse_place, refuse_settings
+from planner.foresight import refuse_place, refuse_settings
 from planner.scale import derive_scale
 from planner.scene.cloud import Mesh
 from planner.sorties.station import find_stations
+from planner.viewpoints.camera import camera_of
 
 TRIANGLE = "polygon = [[0, 0], [9, 0], [0, 9]]"
 
