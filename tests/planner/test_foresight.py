@@ -2,17 +2,17 @@
 
 import json
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
-from planner import cli, load_config, load_scene, plan
+from planner import attempts, cli, load_config, load_scene, plan
 from planner.airspace.airspace import build_airspace
 from planner.airspace.candidates import candidate_positions
 from planner.airspace.zone_files import read_geojson
-from planner.errors import PlannerError
+from planner.errors import PlannerError, Unattainable
 from planner.foresight import refuse_place, refuse_settings
 from planner.scale import derive_scale
 from planner.scene.cloud import Mesh
@@ -291,3 +291,25 @@ def test_a_place_counts_by_its_own_area_and_not_by_that_around_it(tmp_path, corn
         assert ("more samples than fit" in line) == refused
     told = float(line.split("raise it to ")[1].split(" m ")[0])
     assert 0.95 * (area / 5e7) ** 0.5 <= told <= 1.6 * (area / 5e7) ** 0.5
+
+
+def test_a_target_that_no_photos_reach_is_to_be_lowered(scan):
+    small = ["scale.radius_share=0.06", "viewpoints.target=1e6", "viewpoints.effort=quick"]
+    with pytest.raises(
+        Unattainable, match=r"reach viewpoints.target 1e\+06 .*; lower viewpoints.ta"
+    ):
+        plan(scan, load_config(None, small))
+
+
+@pytest.mark.parametrize("preset", [["preset=paper"], ["objective=hits"]])
+def test_the_target_is_not_blamed_where_nothing_reads_it(scan, preset, monkeypatch):
+    def nothing(*given, **settings):
+        found = genuine(*given, **settings)
+        return replace(found, viewpoints=found.viewpoints.take(np.zeros(0, dtype=np.int64)))
+
+    genuine = attempts.select_viewpoints
+    monkeypatch.setattr(attempts, "select_viewpoints", nothing)
+    settings = ["scale.radius_share=0.1", *(f"viewpoints.{word}" for word in preset)]
+    with pytest.raises(Unattainable, match="finds no photo worth taking") as caught:
+        plan(scan, load_config(None, settings))
+    assert "target" not in str(caught.value)
