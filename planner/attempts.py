@@ -17,7 +17,7 @@ from planner.config import Config
 from planner.errors import PlannerError, Unattainable
 from planner.findings import Finding
 from planner.flight.fly import Flight, plan_flight
-from planner.foresight import camera_of, refuse_place
+from planner.foresight import refuse_place
 from planner.geometry.arrays import Floats, Ints
 from planner.route.cost import Pace
 from planner.route.order import Route, order_viewpoints
@@ -30,7 +30,7 @@ from planner.sorties.station import Station
 from planner.surface.quality import score_quality
 from planner.surface.reconstruct import other_samples, reconstruct_surface
 from planner.surface.samples import ScoredSamples, Surface, SurfaceSamples
-from planner.viewpoints.camera import Camera
+from planner.viewpoints.camera import Camera, camera_of
 from planner.viewpoints.select import select_viewpoints
 from planner.viewpoints.selection import Selection, reassess
 from planner.viewpoints.viewpoints import Viewpoints
@@ -62,13 +62,13 @@ class Prior:
         """Distance at which a photo is worth nothing, metres: twice what just meets the GSD."""
         return 2.0 * self.scale.gsd * self.camera.focal_px
 
-    def need(self, count: int, complaint: str) -> None:
-        """Refuse to go on with nothing."""
+    def need(self, count: int, complaint: str, *, first: str = "") -> None:
+        """Refuse to go on with nothing; ``first`` is what to try before all else."""
         if not count:
             raise Unattainable(
                 f"{self.scene.source or self.scene.name}: {complaint} "
                 f"(d_min {self.scale.d_min:.4g} m, d_max {self.scale.d_max:.4g} m); "
-                "change scale.d_min, scale.gsd or the zones"
+                f"{first}change scale.d_min, scale.gsd or the zones"
             )
 
 
@@ -224,10 +224,7 @@ def attempt(
                 guards=prior.guards,
             )
             clock.tell(f"{len(selection.viewpoints)} viewpoints")
-        blind = not selection.wish.stages[3].any()
-        target = f"no photos that are possible reach viewpoints.target {config.viewpoints.target:g}"
-        complaint = "no free position sees any of the surface" if blind else target
-        prior.need(len(selection.viewpoints), complaint)
+        _need_photos(prior, selection, config)
         with clock.stage("route"):
             chosen = selection.viewpoints.rounded()
             ways = FreeWays(prior.airspace, margin=config.flight.margin)
@@ -284,6 +281,18 @@ def attempt(
         )
         tried = replace(tried, selection=selection)
     return tried
+
+
+def _need_photos(prior: Prior, selection: Selection, config: Config) -> None:
+    """Refuse to go on without photos, naming the target only where it decides."""
+    complaint, first = f"preset {config.viewpoints.preset!r} finds no photo worth taking", ""
+    if not selection.wish.stages[3].any():
+        complaint = "no free position sees any of the surface"
+    elif selection.wish.pairs is not None:
+        wanted = f"viewpoints.target {selection.wish.pairs.target:g}"
+        complaint = f"no photos that are possible reach {wanted}"
+        first = "lower viewpoints.target, or "
+    prior.need(len(selection.viewpoints), complaint, first=first)
 
 
 def _told(

@@ -68,8 +68,7 @@ def demo(
     from planner.scene.synthetic import synthetic_scene
 
     refuse_folder(out, overwrite=overwrite)
-    settings = load_config(config, assign or ())
-    refuse_settings(settings)
+    settings = refuse_settings(load_config(config, assign or ()))
     _say("scene", "building a synthetic block")
     block = synthetic_scene(seed)
     _plan_and_save(block, settings, out, workers=workers, overwrite=overwrite, as_json=as_json)

@@ -4,29 +4,33 @@ from pathlib import Path
 
 import numpy as np
 
+from planner.airspace.airspace import flight_bounds
 from planner.airspace.terrain import terrain
-from planner.airspace.zone_files import read_geojson
-from planner.config import CameraSettings, Config, SortieSettings
+from planner.airspace.zone_files import with_files
+from planner.config import Config, SortieSettings
 from planner.errors import MissingDependency, PlannerError
 from planner.scale import DESIGN_INCIDENCE, NEAREST_SHARE, Scale
 from planner.scene.readers.poses import read_poses
 from planner.scene.scene import Scene
-from planner.sorties.problem import ENDS
+from planner.sorties.refusals import refuse_waypoints
+from planner.sorties.station import pad_of
 from planner.sorties.thought import usable_seconds
-from planner.viewpoints.camera import Camera
+from planner.viewpoints.camera import Camera, camera_of
 from planner.viewpoints.frustum import elevation_range
 
 _MOST_SQUARES = 50_000_000
 """Squares of side R on the ground; for more the memory of most machines is too small."""
 
-
-def camera_of(settings: CameraSettings) -> Camera:
-    """Camera that the settings describe."""
-    return Camera.from_field_of_view(**settings.model_dump())
+_AREA_CELL = 0.01  # of the longest side: squares of which those with points are counted
 
 
-def refuse_settings(config: Config) -> None:
+def refuse_settings(config: Config) -> Config:
     """Refuse what the settings and the files that they name show to be impossible.
+
+    Returns
+    -------
+    config
+        The same settings with the zones of files among the others: files are read once.
 
     Raises
     ------
@@ -39,8 +43,7 @@ def refuse_settings(config: Config) -> None:
     """
     _refuse_solvers(config)
     _refuse_systems(config)
-    for name in config.airspace.zone_files:
-        read_geojson(name)
+    airspace = with_files(config.airspace)
     if config.scene.images is not None:
         read_poses(Path(config.scene.images))
     camera = camera_of(config.camera)
@@ -53,7 +56,8 @@ def refuse_settings(config: Config) -> None:
     if config.scale.d_min is not None:
         _refuse_ceiling(config, config.scale.d_min)
     if config.sorties.stations:
-        _refuse_waypoints(config.sorties)
+        refuse_waypoints(config.sorties)
+    return config.model_copy(update={"airspace": airspace})
 
 
 def refuse_place(config: Config, scene: Scene, scale: Scale) -> None:
@@ -146,20 +150,14 @@ def _refuse_distances(config: Config, camera: Camera) -> None:
 
 
 def _refuse_ceiling(config: Config, d_min: float) -> None:
-    """A ceiling under which nothing keeps its distance from the ground."""
-    ceiling = config.airspace.ceiling
-    if ceiling is not None and ceiling < d_min:
+    """A ceiling under which nothing keeps its distance from the ground and from the ceiling."""
+    ceiling, kept = config.airspace.ceiling, config.airspace.zone_margin
+    if ceiling is not None and ceiling < d_min + kept:
+        under = f"{kept:g} m of zone_margin over " if kept else ""
         raise PlannerError(
-            f"airspace.ceiling = {ceiling:g}: is under d_min {d_min:.4g} m, which is kept from the "
-            f"ground too; raise it by over {d_min - ceiling:.2f} m or lower scale.d_min"
-        )
-
-
-def _refuse_waypoints(settings: SortieSettings) -> None:
-    if settings.most_waypoints is not None and settings.most_waypoints < ENDS:
-        raise PlannerError(
-            f"sorties.most_waypoints = {settings.most_waypoints}: a sortie of one photo has "
-            f"{ENDS}; raise it"
+            f"airspace.ceiling = {ceiling:g}: is under {under}d_min {d_min:.4g} m, which is kept "
+            f"from the ground too; raise it by over {d_min + kept - ceiling:.2f} m or lower "
+            f"scale.d_min{' or airspace.zone_margin' if kept else ''}"
         )
 
 
@@ -171,13 +169,22 @@ def _refuse_radius(scene: Scene, radius: float) -> None:
             f"{name}: scale.radius {radius:.4g} m is more than the whole scene, {longest:.4g} m; "
             "lower it, or set scene.unit if the unit is wrong"
         )
-    area = float(np.ptp(scene.cloud.xyz[:, :2], axis=0).prod())
+    area = _area(scene)
     if area > _MOST_SQUARES * radius**2:
         least = np.sqrt(area / _MOST_SQUARES)
         raise PlannerError(
             f"{name}: scale.radius {radius:.3g} m makes more samples than fit into memory; "
             f"raise it to {1.01 * least:.3g} m or more, or give a smaller part of the scene"
         )
+
+
+def _area(scene: Scene) -> float:
+    """Area that the points lie over, square metres, however the place is turned or bent."""
+    xy, cell = scene.cloud.xyz[:, :2], _AREA_CELL * float(scene.box.size.max())
+    squares = np.floor((xy - xy.min(axis=0)) / cell).astype(np.int64)
+    held = np.zeros(squares.max(axis=0) + 1, dtype=np.bool_)
+    held[tuple(squares.T)] = True
+    return float(min(np.count_nonzero(held) * cell**2, scene.box.size[:2].prod()))
 
 
 def _refuse_range(config: Config, scale: Scale) -> None:
@@ -194,31 +201,11 @@ def _refuse_range(config: Config, scale: Scale) -> None:
 
 def _refuse_stations(config: Config, scene: Scene, scale: Scale) -> None:
     """Stations out of the space in which flight is considered, or deep in the ground."""
-    beyond = scale.d_max if config.airspace.beyond is None else config.airspace.beyond
-    half = 0.5 * scene.box.size @ np.abs(scene.box.axes) + beyond
-    low, high = scene.box.centre - half, scene.box.centre + half
-    for row, station in enumerate(config.sorties.stations):
-        at = np.array(station)
-        name = f"sorties.stations[{row}] = ({at[0]:g}, {at[1]:g})"
-        away = float(np.maximum(low[:2] - at[:2], at[:2] - high[:2]).max())
-        if away > 0.0:
-            raise PlannerError(
-                f"{name}: is {away:.1f} m outside of the space that is known; "
-                "move it or raise airspace.beyond by that much"
-            )
-        if len(at) < 3:
-            continue
-        ground = float(terrain(scene.ground).height(at[None, :2])[0])
-        if at[2] < ground - scale.d_min:
-            raise PlannerError(
-                f"{name}: its height {at[2]:g} m is {ground - at[2]:.1f} m under the ground; "
-                "leave the height out to stand on the ground"
-            )
-        if at[2] + scale.d_min >= high[2]:
-            raise PlannerError(
-                f"{name}: is at {at[2]:g} m, where space is known up to {high[2]:.1f} m only; "
-                "leave the height out to stand on the ground"
-            )
+    bounds = flight_bounds(scene, config.airspace, d_max=scale.d_max)
+    kept = {"d_min": scale.d_min, "margin": config.flight.margin}
+    height = terrain(scene.ground).height
+    for number, point in enumerate(config.sorties.stations):
+        pad_of(number, np.array(point, dtype=np.float64), bounds, height, **kept)
 
 
 def _refuse_climbs(settings: SortieSettings, d_min: float) -> None:

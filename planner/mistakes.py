@@ -13,6 +13,9 @@ from planner.settings import Settings, is_table, plain, table_of, takes, unit_of
 
 _LONGEST = 60  # characters of a value that are shown
 _MOST = 4  # settings that are suggested
+_LISTED = 12  # settings of a table that are listed
+_NEAR = 0.7  # likeness of a setting of the same table that is suggested
+_ALIKE = 0.85  # the same of another table
 _ALL = "scanwright settings lists all"
 
 
@@ -124,25 +127,30 @@ def _without_none(kind: Any) -> Any:
 
 def _unknown(root: type[Settings], place: _Place, key: str, value: Any) -> str:
     """Sentence on a key that is not known, with those that may have been meant."""
-    table = place.name[: -len(key)]
+    table = place.name[: len(place.name) - len(key)]
     known = list(place.kind.model_fields)
-    everywhere = list(_names(root))
-    same = [name for name in everywhere if name.rpartition(".")[2] == key]
-    near = [table + name for name in get_close_matches(key, known, n=1)]
+    last = {name: name.rpartition(".")[2] for name in _names(root)}
+    same = [name for name in last if last[name] == key]
+    near = [table + name for name in get_close_matches(key, known, n=1, cutoff=_NEAR)]
+    alike = get_close_matches(key, last.values(), n=1, cutoff=_ALIKE)
     meant = (same if len(same) <= _MOST else []) or near
-    meant = meant or get_close_matches(place.name, everywhere, n=1)
-    hint = f"did you mean {' or '.join(meant)}?" if meant else f"known here: {', '.join(known)}"
+    meant = meant or [name for name in last if last[name] in alike][:_MOST]
+    more = f" and {len(known) - _LISTED} more" if len(known) > _LISTED else ""
+    here = f"known here: {', '.join(known[:_LISTED])}{more}"
+    hint = f"did you mean {' or '.join(meant)}?" if meant else here
     given = "" if isinstance(value, dict) else f" = {_shown(value)}"
-    return f"unknown setting {place.name}{given}; {hint} ({_ALL})"
+    named = table + (key if key and key.isprintable() else repr(key))
+    return f"unknown setting {named}{given}; {hint} ({_ALL})"
 
 
 def _names(table: type[Settings], prefix: str = "") -> Iterator[str]:
-    """Names of all settings of a table and of the tables in it."""
+    """Names of all settings of a table and of the tables in it, without the tables themselves."""
     for key, field in table.model_fields.items():
         inner = table_of(field.annotation)
-        yield prefix + key
         if inner is not None and is_table(field.annotation):
             yield from _names(inner, f"{prefix}{key}.")
+        else:
+            yield prefix + key
 
 
 def _shown(value: Any) -> str:

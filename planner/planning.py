@@ -150,8 +150,7 @@ def plan(
         If the source or a setting must be changed first.
 
     """
-    config = Config() if config is None else config
-    refuse_settings(config)
+    config = refuse_settings(Config() if config is None else config)
     clock = Clock(listener)
     prior = study(source, config, clock)
     config = prior.config

@@ -1,23 +1,48 @@
 """The settings of a zone: an upright prism, and what makes its outline one."""
 
-from typing import Literal, Self
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal, Self
 
 from pydantic import Field, model_validator
 
 from planner.settings import Metres, Settings
 
+if TYPE_CHECKING:
+    from planner.geometry.arrays import Floats
+
 _Corner = tuple[float, float]
 
-
-def _turn(a: _Corner, b: _Corner, c: _Corner) -> float:
-    """Twice the signed area of a triangle."""
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+_PAIRS = 500_000  # of sides that are looked at together
 
 
-def _cross(a: _Corner, b: _Corner, c: _Corner, d: _Corner) -> bool:
-    """Whether segments ab and cd cross at a point inside of both."""
-    apart = _turn(a, b, c) * _turn(a, b, d), _turn(c, d, a) * _turn(c, d, b)
-    return apart[0] < 0.0 and apart[1] < 0.0
+def _crossing(corners: Sequence[_Corner]) -> tuple[int, int] | None:
+    """First two sides of a polygon that cross at a point inside of both, or ``None``."""
+    import numpy as np
+
+    start = np.array(corners, dtype=np.float64)
+    end = np.roll(start, -1, axis=0)
+    lows, highs = np.minimum(start, end).T, np.maximum(start, end).T
+    rows = max(1, _PAIRS // len(start))
+    with np.errstate(over="ignore", invalid="ignore"):
+        for first in range(0, len(start), rows):
+            some = slice(first, first + rows)
+            near = np.True_
+            for low, high in zip(lows, highs, strict=True):
+                near = near & (low[some, None] <= high[first:]) & (high[some, None] >= low[first:])
+            i, j = first + np.array(np.nonzero(np.triu(near, 1)))
+            apart = _turn(start[i], end[i], start[j]) * _turn(start[i], end[i], end[j]) < 0.0
+            apart &= _turn(start[j], end[j], start[i]) * _turn(start[j], end[j], end[i]) < 0.0
+            if apart.any():
+                pair = int(np.argmax(apart))
+                return int(i[pair]), int(j[pair])
+    return None
+
+
+def _turn(a: "Floats", b: "Floats", c: "Floats") -> "Floats":
+    """Twice the signed areas of triangles with these corners, shape (n, 2) each."""
+    (x, y), (u, v) = (b - a).T, (c - a).T
+    twice: Floats = x * v - y * u
+    return twice
 
 
 class ZoneSettings(Settings):
@@ -50,11 +75,10 @@ class ZoneSettings(Settings):
         area = sum(a[0] * b[1] - b[0] * a[1] for a, b in sides)
         if abs(area) < (1e-6 if self.crs in {"local", "source"} else 1e-14):
             raise ValueError("the polygon has no area; give corners that are not in a line")
-        for i, first in enumerate(sides):
-            for second in sides[i + 2 : len(sides) - (i == 0)]:
-                if _cross(*first, *second):
-                    raise ValueError(
-                        f"sides {first} and {second} of the polygon cross; "
-                        "give its corners in order"
-                    )
+        crossing = _crossing(self.polygon)
+        if crossing is not None:
+            first, second = (sides[side] for side in crossing)
+            raise ValueError(
+                f"sides {first} and {second} of the polygon cross; give its corners in order"
+            )
         return self

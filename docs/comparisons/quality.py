@@ -14,13 +14,13 @@ import numpy as np
 
 from planner.config import CameraSettings, QualitySettings, ScaleSettings
 from planner.evaluation.detection import DamagedPrior, damage_prior, detection, neighbour_baseline
-from planner.foresight import camera_of
 from planner.scale import derive_scale
 from planner.scene.load import load_scene
 from planner.scene.scene import Scene
 from planner.scene.synthetic import synthetic_scene
 from planner.surface.quality import score_quality
 from planner.surface.reconstruct import reconstruct_surface
+from planner.viewpoints.camera import camera_of
 
 CHOSEN = ("toronto_city_hall.laz", "brighton_beach_odm.laz", "delft_ahn3_part1.laz", "synthetic")
 HELD_OUT = ("city3d_building_001.ply", "france_hangar_houses.laz")

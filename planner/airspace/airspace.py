@@ -359,7 +359,7 @@ def build_airspace(
 
     """
     settings = local_zones(settings, scene)
-    low, high = _bounds(scene, d_max if settings.beyond is None else settings.beyond)
+    low, high = flight_bounds(scene, settings, d_max=d_max)
     sheet = terrain(scene.ground)
     solids = collect_solids(scene, mesh, sheet, (low, high), d_min=d_min, settings=settings)
     reach = 2.0 * d_max + 2.0 * d_min
@@ -378,8 +378,11 @@ def build_airspace(
     )
 
 
-def _bounds(scene: Scene, beyond: float) -> tuple[Floats, Floats]:
-    """Corners, along the local axes, of the scene's box grown by so many metres."""
+def flight_bounds(
+    scene: Scene, settings: AirspaceSettings, *, d_max: float
+) -> tuple[Floats, Floats]:
+    """Lowest and highest corner, (3,) each, of the grown box in which flight is considered."""
+    beyond = d_max if settings.beyond is None else settings.beyond
     half = 0.5 * scene.box.size @ np.abs(scene.box.axes) + beyond
     low, high = scene.box.centre - half, scene.box.centre + half
     low[2] = min(low[2], float(scene.ground.heights.min()))

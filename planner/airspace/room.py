@@ -94,12 +94,15 @@ def lack_of_room(airspace: Airspace, *, margin: float = FLIGHT_MARGIN) -> str:
         return f"{where} has {room.spare:.2f} m to spare where flight.margin keeps {margin:g} m"
     if room.spare >= 0.0:
         return f"{where} has {room.spare:.2f} m to spare, but is too far from the scene"
-    ceiling, kept = airspace.ceiling, airspace.zones.kept
-    if ceiling is not None and ceiling < airspace.d_min:
-        lack = airspace.d_min + kept - ceiling
-        return f"airspace.ceiling {ceiling:.4g} m is under d_min; raise it by over {lack:.2f} m"
-    if ceiling is not None and np.isfinite(lack := _lack_of_height(airspace, margin)):
-        return f"airspace.ceiling {ceiling:.4g} m forbids all; raise it by over {lack:.2f} m"
+    ceiling, kept = airspace.zones.ceiling, airspace.zones.kept
+    if ceiling is not None:
+        above = ceiling.above_ground
+        if above < airspace.d_min:
+            what, lack = "is under d_min", airspace.d_min + kept - above
+        else:
+            what, lack = "forbids all", _lack_of_height(airspace, ceiling, margin)
+        if np.isfinite(lack):
+            return f"airspace.ceiling {above:.4g} m {what}; raise it by over {lack:.2f} m"
     lacks = f"{where} lacks {-room.spare:.2f} m between solids and zones"
     return f"{lacks}, from which airspace.zone_margin keeps {kept:g} m" if kept else lacks
 
@@ -115,10 +118,8 @@ def _solids_on_lattice(airspace: Airspace) -> tuple[Floats, Floats]:
     return at, airspace.clearance_range(at)[0] - airspace.d_min
 
 
-def _lack_of_height(airspace: Airspace, margin: float) -> float:
+def _lack_of_height(airspace: Airspace, ceiling: Ceiling, margin: float) -> float:
     """By how much to raise the ceiling until a place is free; infinite if none would be."""
-    ceiling = airspace.zones.ceiling
-    assert ceiling is not None
     at, solids = _solids_on_lattice(airspace)
     zones = replace(airspace.zones, ceiling=None)
     free = np.minimum(solids, zones.margin(at)) >= margin

@@ -45,12 +45,15 @@ def local_zones(settings: AirspaceSettings, scene: Scene) -> AirspaceSettings:
         not known.
 
     """
-    zones = [
-        *settings.zones,
-        *(zone for name in settings.zone_files for zone in read_geojson(name)),
-    ]
-    placed = tuple(_placed(zone, scene, row) for row, zone in enumerate(zones))
-    return settings.model_copy(update={"zones": placed, "zone_files": ()})
+    settings = with_files(settings)
+    placed = tuple(_placed(zone, scene, row) for row, zone in enumerate(settings.zones))
+    return settings.model_copy(update={"zones": placed})
+
+
+def with_files(settings: AirspaceSettings) -> AirspaceSettings:
+    """Put the zones of files after the others, so that no file is left to read."""
+    zones = (zone for name in settings.zone_files for zone in read_geojson(name))
+    return settings.model_copy(update={"zones": (*settings.zones, *zones), "zone_files": ()})
 
 
 def read_geojson(path: str | Path) -> list[ZoneSettings]:

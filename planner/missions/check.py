@@ -60,7 +60,7 @@ class Check:
         Piece of the curve where that is.
     raw_clearance
         The same to the raw points of the coarse model alone, by a KD-tree, metres.
-    zone_margin
+    zone_distance
         Proven lower bound of the distance to zones, metres; ``None`` without zones.
     line_clearance
         Proven lower bound of the distance to solids along straight lines from row to row of
@@ -82,7 +82,7 @@ class Check:
     clearance: float | None
     piece: int
     raw_clearance: float | None
-    zone_margin: float | None
+    zone_distance: float | None
     line_clearance: float | None = None
     line_nearest: tuple[float, float, float] | None = None
     line: int = -1
@@ -174,7 +174,7 @@ def check_folder(
     flown, off_line = line_faults(folder / "path.csv", rows, field, stored, first_line=2)
     problems += near + off_line
     lowest = int(np.argmin(solid.bound)) if len(controls) else -1
-    zone_margin = float(zones.bound.min()) if len(controls) else np.inf
+    zone_distance = float(zones.bound.min()) if len(controls) else np.inf
     raw_clearance = float(raw.bound.min()) if len(controls) else np.inf
     return Check(
         problems=tuple(problems),
@@ -185,7 +185,7 @@ def check_folder(
         clearance=float(solid.bound[lowest]) if len(controls) else None,
         piece=lowest,
         raw_clearance=raw_clearance if np.isfinite(raw_clearance) else None,
-        zone_margin=zone_margin if np.isfinite(zone_margin) else None,
+        zone_distance=zone_distance if np.isfinite(zone_distance) else None,
         line_clearance=None if flown is None else flown.bound,
         line_nearest=None if flown is None else _triple(flown.point),
         line=-1 if flown is None else flown.nearest + 2,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from planner.config import SceneSettings
-from planner.geometry.arrays import Floats
+from planner.geometry.arrays import Floats, Ints
 from planner.scene.box import bounding_box
 from planner.scene.cleaning import stray_points, thin
 from planner.scene.cloud import Mesh, PointCloud
@@ -54,8 +54,10 @@ def load_scene(path: Path | str, settings: SceneSettings = _DEFAULTS) -> Scene:
     """
     path = Path(path)
     placed = place(path, read_source(path, limit=settings.max_points), settings)
-    cloud = placed.source.triangles is None
-    scene = _cloud_scene(path, placed, settings) if cloud else _mesh_scene(path, placed)
+    if placed.source.triangles is None:
+        scene = _cloud_scene(path, placed, settings)
+    else:
+        scene = _mesh_scene(path, placed, placed.source.triangles)
     return with_images(scene, settings)
 
 
@@ -96,10 +98,10 @@ def _cloud_scene(path: Path, placed: Placed, settings: SceneSettings) -> Scene:
     )
 
 
-def _mesh_scene(path: Path, placed: Placed) -> Scene:
+def _mesh_scene(path: Path, placed: Placed, triangles: Ints) -> Scene:
     """Scene of a mesh: samples take the place of points."""
     notes = list(placed.notes)
-    mesh = _whole_mesh(path, placed)
+    mesh = _whole_mesh(path, placed.source.xyz, triangles)
     span = np.ptp(mesh.vertices, axis=0)
     check_shape(path, mesh.vertices, least=4)
     spacing = _SAMPLE * float(span.max())
@@ -117,10 +119,8 @@ def _mesh_scene(path: Path, placed: Placed) -> Scene:
     return _scene(path, placed, cloud, mesh=mesh, ground=ground, normals=cloud.normals, notes=notes)
 
 
-def _whole_mesh(path: Path, placed: Placed) -> Mesh:
+def _whole_mesh(path: Path, xyz: Floats, triangles: Ints) -> Mesh:
     """The mesh without triangles that have no area and vertices that no triangle names."""
-    assert placed.source.triangles is not None
-    xyz, triangles = placed.source.xyz, placed.source.triangles
     triangles = triangles[triangle_normals(Mesh(xyz, triangles))[1] > 0.0]
     if len(triangles) == 0:
         raise refusal(path, "its faces have no area", "export it as a mesh with whole faces")

@@ -5,7 +5,17 @@ import math
 from planner.config import SortieSettings
 from planner.errors import Unattainable
 from planner.geometry.arrays import Floats
+from planner.sorties.problem import ENDS
 from planner.sorties.thought import usable_seconds
+
+
+def refuse_waypoints(settings: SortieSettings) -> None:
+    """Refuse a limit on waypoints that not even one photo keeps."""
+    most = settings.most_waypoints
+    if most is not None and most < ENDS:
+        raise Unattainable(
+            f"sorties.most_waypoints = {most}: a sortie of one photo has {ENDS}; raise it"
+        )
 
 
 def too_far(spot: Floats, seconds: float, settings: SortieSettings) -> Unattainable:

@@ -14,8 +14,8 @@ from planner.flight.timing import SHORTEST, Timeline, fly_in_time
 from planner.geometry.arrays import Floats, Ints
 from planner.route.ways import FreeWays
 from planner.sorties.choose import choose_sorties
-from planner.sorties.problem import ENDS, TIE, SortieProblem, Split
-from planner.sorties.refusals import too_far, too_winding, unreachable
+from planner.sorties.problem import TIE, SortieProblem, Split
+from planner.sorties.refusals import refuse_waypoints, too_far, too_winding, unreachable
 from planner.sorties.shared import linked
 from planner.sorties.sortie import Sortie, stops_of, timed_sortie
 from planner.sorties.sorties import Sorties
@@ -194,11 +194,7 @@ class _Book:
         worst = int(np.argmax(alone))
         if alone[worst] > usable_seconds(self.settings) + TIE:
             raise too_far(self.viewpoints.positions[worst], self._alone(worst), self.settings)
-        most = self.settings.most_waypoints
-        if most is not None and most < ENDS:
-            raise Unattainable(
-                f"sorties.most_waypoints = {most}: a sortie of one photo has {ENDS}; raise it"
-            )
+        refuse_waypoints(self.settings)
 
     def cut(self, order: Ints) -> Split:
         """Cut of an order whose sorties have all been flown and keep their limits.

@@ -154,6 +154,51 @@ def find_stations(
     )
 
 
+def pad_of(
+    number: int,
+    point: Floats,
+    bounds: tuple[Floats, Floats],
+    height: Callable[[Floats], Floats],
+    *,
+    d_min: float,
+    margin: float,
+) -> Floats:
+    """Pad of a station, shape (3,), metres, as far as bounds and ground can tell.
+
+    Raises
+    ------
+    PlannerError
+        If it is out of the space in which flight is considered, deep in the ground, or so high
+        that no flight can begin above it.
+
+    """
+    name, (low, high) = _name(number, point), bounds
+    beyond = float(np.maximum(low[:2] - point[:2], point[:2] - high[:2]).max())
+    if beyond > 0.0:
+        raise PlannerError(
+            f"{name}: is {beyond:.1f} m outside of the space in which flight is considered; "
+            f"move it or raise airspace.beyond by that much"
+        )
+    ground = float(height(point[None, :2])[0])
+    given = len(point) > 2
+    pad = np.round([*point[:2], point[2] if given else ground], JOINT_DECIMALS) + 0.0
+    remedy = "leave the height out to stand on the ground" if given else "move it"
+    if pad[2] < ground - d_min:
+        raise PlannerError(
+            f"{name}: its height {pad[2]:g} m is {ground - pad[2]:.1f} m under the ground; {remedy}"
+        )
+    if pad[2] + d_min + SPARE * margin >= high[2]:
+        raise PlannerError(
+            f"{name}: is at {pad[2]:.1f} m, where flight is considered up to {high[2]:.1f} m only; "
+            f"{remedy}"
+        )
+    return np.asarray(pad)
+
+
+def _name(number: int, point: Floats) -> str:
+    return f"sorties.stations[{number}] = ({point[0]:g}, {point[1]:g})"
+
+
 def _station(  # noqa: PLR0917 - one call
     number: int,
     point: Floats,
@@ -162,26 +207,11 @@ def _station(  # noqa: PLR0917 - one call
     margin: float,
     remedy: str,
 ) -> Station:
-    x, y = point[:2]
-    name = f"sorties.stations[{number}] = ({x:g}, {y:g})"
-    low, high = airspace.bounds
-    beyond = float(np.maximum(low - [x, y, low[2]], [x, y, high[2]] - high).max())
-    if beyond > 0.0:
-        raise PlannerError(
-            f"{name}: is {beyond:.1f} m outside of the space in which flight is considered; "
-            f"move it or raise airspace.beyond by that much"
-        )
-    z = float(point[2]) if len(point) > 2 else float(height(point[None, :2])[0])
-    pad = np.round([x, y, z], JOINT_DECIMALS) + 0.0
-    d_min = airspace.d_min
-    kept = d_min + SPARE * margin
-    heights = np.arange(kept, high[2] - z, STRIDE * d_min)
+    d_min, bounds = airspace.d_min, airspace.bounds
+    pad = pad_of(number, point, bounds, height, d_min=d_min, margin=margin)
+    name, kept = _name(number, point), d_min + SPARE * margin
+    heights = np.arange(kept, bounds[1][2] - pad[2], STRIDE * d_min)
     above = np.round(pad + heights[:, None] * np.array([0.0, 0.0, 1.0]), JOINT_DECIMALS)
-    if not len(above):
-        raise PlannerError(
-            f"{name}: is at {z:.1f} m, where flight is considered up to {high[2]:.1f} m only; "
-            "move it"
-        )
     room, zones = airspace.clearance(above), airspace.zone_margin(above)
     free = (room >= kept) & (zones >= SPARE * margin)
     if not free.any():

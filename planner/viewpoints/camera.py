@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from planner.config import CameraSettings
+
 
 @dataclass(frozen=True, slots=True)
 class Camera:
@@ -60,3 +62,8 @@ class Camera:
     def distance_for(self, ground_sample_distance: float, incidence: float) -> float:
         """Distance, metres, at which a surface seen at ``incidence`` radians has that GSD."""
         return ground_sample_distance * self.focal_px * math.cos(incidence)
+
+
+def camera_of(settings: CameraSettings) -> Camera:
+    """Camera that the settings describe."""
+    return Camera.from_field_of_view(**settings.model_dump())

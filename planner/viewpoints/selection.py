@@ -164,7 +164,8 @@ class Selection:
         if wish.pairs is None:
             lack = (self.hits < wish.reachable.hits) | (self.sectors < wish.reachable.sectors)
             return float(np.mean(~lack)) if len(lack) else 1.0
-        lack = _lacking(self.reconstructability, self.hits, wish)[wish.pairs.reachable]
+        lack = _lacking(self.reconstructability, self.hits, wish.reachable, wish.pairs)
+        lack = lack[wish.pairs.reachable]
         return float(np.mean(~lack)) if len(lack) else 1.0
 
 
@@ -244,7 +245,7 @@ def _unmet(reason: Bytes, seen: Coverage, h: Floats, wish: Wish) -> tuple[Findin
     partial, words = wish.binding, "are seen less often than they could be"
     if wish.pairs is not None:
         possible = wish.pairs.reachable
-        short = possible & _lacking(h, seen.hits, wish)
+        short = possible & _lacking(h, seen.hits, wish.reachable, wish.pairs)
         done, most = int((possible & ~short).sum()), int(possible.sum())
         partial = done < wish.pairs.share * most - 1e-9 and not wish.pairs.limited
         words = (
@@ -275,10 +276,9 @@ def _unmet(reason: Bytes, seen: Coverage, h: Floats, wish: Wish) -> tuple[Findin
     return tuple(found)
 
 
-def _lacking(h: Floats, hits: Ints, wish: Wish) -> Bools:
+def _lacking(h: Floats, hits: Ints, reachable: Demand, pairs: PairWish) -> Bools:
     """Which samples miss the target, or sharp photos that they could have, by pairs of photos."""
-    assert wish.pairs is not None
-    return np.asarray((h < wish.pairs.target) | (hits < wish.reachable.hits))
+    return np.asarray((h < pairs.target) | (hits < reachable.hits))
 
 
 def _unlinked(graph: ViewGraph) -> tuple[Finding, ...]:

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from planner.foresight import camera_of
 from planner.scale import derive_scale
 from planner.scene.benchmark import CLEARANCE, REFERENCE, benchmark_block, benchmark_config
+from planner.viewpoints.camera import camera_of
 
 
 def test_block_has_the_size_and_towers_of_the_literature():

@@ -1,12 +1,14 @@
 """Settings are strict, and survive being written and read."""
 
+import time
 import tomllib
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.config import Config, load_config
+from planner.config import Config, ZoneSettings, load_config
 from planner.errors import PlannerError
 
 
@@ -85,6 +87,52 @@ def test_a_zone_that_would_not_forbid_what_it_shows_is_refused(zone, complaint):
 def test_concave_zones_are_fine():
     zone = {"polygon": [[0, 0], [4, 0], [4, 4], [2, 1], [0, 4]]}
     assert len(Config.model_validate({"airspace": {"zones": [zone]}}).airspace.zones) == 1
+
+
+def crossing_sides(corners):
+    """First two sides that cross, worked out one by one."""
+    sides = list(zip(corners, [*corners[1:], corners[0]], strict=True))
+
+    def turn(a, b, c):
+        return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+    for i, (a, b) in enumerate(sides):
+        for c, d in sides[i + 1 :]:
+            if turn(a, b, c) * turn(a, b, d) < 0 and turn(c, d, a) * turn(c, d, b) < 0:
+                return (a, b), (c, d)
+    return None
+
+
+@pytest.mark.parametrize("pairs", [10, 500_000])
+def test_the_first_two_sides_that_cross_are_named(monkeypatch, pairs):
+    monkeypatch.setattr("planner.prism._PAIRS", pairs)
+    rng, seen = np.random.default_rng(0), set()
+    for _ in range(200):
+        grid = rng.integers(0, 9, (rng.integers(3, 7), 2)).astype(np.float64)
+        corners = [tuple(corner) for corner in grid.tolist()]
+        expected = crossing_sides(corners)
+        try:
+            ZoneSettings(polygon=corners)
+            found = None
+        except ValueError as error:
+            if "no area" in str(error):
+                continue
+            found = str(error)
+        assert (found is None) == (expected is None)
+        assert expected is None or f"sides {expected[0]} and {expected[1]} of" in found
+        seen.add(expected is None)
+    assert seen == {True, False}
+
+
+def test_an_outline_of_thousands_of_corners_is_read_in_a_moment():
+    turns = np.linspace(0.0, 2.0 * np.pi, 4000, endpoint=False)
+    corners = np.column_stack([np.cos(turns), np.sin(turns)]) * 50.0
+    began = time.process_time()
+    ZoneSettings(polygon=corners.tolist())
+    assert time.process_time() - began < 2.0
+    corners[[1000, 3000]] = corners[[3000, 1000]]
+    with pytest.raises(ValueError, match="cross"):
+        ZoneSettings(polygon=corners.tolist())
 
 
 @pytest.mark.parametrize("text", ["[" * 20000, "1\n[camera]\nwidth_px = 20"])

@@ -1,20 +1,23 @@
 """What cannot be is refused before the work that it would waste."""
 
+import json
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
-from planner import cli, load_config, load_scene, plan
+from planner import attempts, cli, load_config, load_scene, plan
 from planner.airspace.airspace import build_airspace
 from planner.airspace.candidates import candidate_positions
-from planner.errors import PlannerError
-from planner.foresight import camera_of, refuse_place, refuse_settings
+from planner.airspace.zone_files import read_geojson
+from planner.errors import PlannerError, Unattainable
+from planner.foresight import refuse_place, refuse_settings
 from planner.scale import derive_scale
 from planner.scene.cloud import Mesh
 from planner.sorties.station import find_stations
+from planner.viewpoints.camera import camera_of
 
 TRIANGLE = "polygon = [[0, 0], [9, 0], [0, 9]]"
 
@@ -28,6 +31,19 @@ def scan(tmp_path_factory):
     path = tmp_path_factory.mktemp("scan") / "a.xyz"
     np.savetxt(path, np.vstack([ground, roof]), fmt="%.6f")
     return path
+
+
+def test_files_of_zones_are_read_once(scan, tmp_path, monkeypatch):
+    read, corners = [], [[0.0, 0.0], [1e-4, 0.0], [0.0, 1e-4], [0.0, 0.0]]
+    path = tmp_path / "zones.geojson"
+    path.write_text(json.dumps({"type": "Polygon", "coordinates": [corners]}))
+    monkeypatch.setattr(
+        "planner.airspace.zone_files.read_geojson",
+        lambda name: read.append(name) or read_geojson(name),
+    )
+    with pytest.raises(PlannerError, match="set scene"):
+        plan(scan, load_config(None, [f"airspace.zone_files=['{path}']"]))
+    assert read == [str(path)]
 
 
 @dataclass(frozen=True)
@@ -67,6 +83,11 @@ SETTINGS = [
     ),
     (["scale.d_min=9", "scale.gsd=0.001"], "leaves no room below d_max .* or raise scale.gsd"),
     (["scale.d_min=9", "airspace.ceiling=8.5"], "airspace.ceiling = 8.5: .* by over 0.50 m"),
+    (
+        ["scale.d_min=9", "airspace.ceiling=11", "airspace.zone_margin=4"],
+        "ceiling = 11: is under 4 m of zone_margin over d_min 9 m, .* by over 2.00 m or lower "
+        "scale.d_min or airspace.zone_margin",
+    ),
     (["sorties.stations=[[0,0]]", "sorties.most_waypoints=2"], "most_waypoints = 2: .* raise it"),
 ]
 """Settings that no place suits."""
@@ -138,7 +159,10 @@ def test_the_command_begins_nothing_and_writes_nothing(  # noqa: PLR0917 - fixtu
         ),
         (["sorties.stations=[[0,0],[900,0]]"], r"stations\[1\] = \(900, 0\): is [\d.]+ m outside"),
         (["sorties.stations=[[20,20,-9]]"], r"its height -9 m is 9\.\d m under the ground; leave"),
-        (["sorties.stations=[[20,20,900]]"], "is at 900 m, where space is known up to"),
+        (
+            ["sorties.stations=[[20,20,900]]"],
+            r"is at 900.0 m, where flight is considered up to .*; leave",
+        ),
         (
             ["sorties.stations=[[20,20]]", "sorties.endurance_seconds=2"],
             "endurance_seconds = 2: to climb to d_min .* leaves 2 s; raise it",
@@ -179,13 +203,22 @@ def complaint_of(act):
     return ""
 
 
-def test_a_station_is_refused_early_only_if_it_is_late(place):
+def climbs_free(space, pad):
+    """Whether some height ``d_min`` or more over a pad is free, and nothing solid under it."""
+    heights = np.arange(0.1, space.bounds[1][2] - pad[2], 0.1)
+    way = pad + heights[:, None] * np.array([0.0, 0.0, 1.0])
+    if not len(way):
+        return False
+    free = np.flatnonzero(space.is_free(way) & (heights >= space.d_min))
+    return bool(len(free)) and bool((space.clearance(way[: free[0]]) > -0.1).all())
+
+
+def test_a_station_is_refused_early_only_where_no_flight_can_begin(place):
     config, scene, scale, space = place
-    low, high = space.bounds
-    rng = np.random.default_rng(1)
+    (low, high), rng = space.bounds, np.random.default_rng(1)
     points = [tuple(point) for point in rng.uniform(low[:2] - 30.0, high[:2] + 30.0, (40, 2))]
     points += [(20.0, 20.0, z) for z in np.linspace(-20.0, high[2] + 20.0, 40)]
-    early = 0
+    early, able = 0, 0
     for point in points:
         stations = config.sorties.model_copy(update={"stations": (point,)})
         asked = config.model_copy(update={"sorties": stations})
@@ -193,18 +226,26 @@ def test_a_station_is_refused_early_only_if_it_is_late(place):
         late = complaint_of(
             lambda point=point: find_stations([point], space, space.terrain.height, margin=0.002)
         )
-        assert late or not soon
-        if "outside of the space" in late:
-            assert soon == late
-        early += bool(soon)
+        ground = float(space.terrain.height(np.array([point[:2]]))[0])
+        pad = np.array([*point[:2], point[2] if len(point) > 2 else ground])
+        beyond = bool((pad[:2] < low[:2]).any() or (pad[:2] > high[:2]).any())
+        deep, high_up = ground - scale.d_min, high[2] - scale.d_min - 0.004
+        assert bool(soon) == (beyond or not deep <= pad[2] < high_up)
+        assert late == soon or not soon
+        assert not (soon and climbs_free(space, pad))
+        early, able = early + bool(soon), able + climbs_free(space, pad)
     assert 20 < early < 60
+    assert able > 10
 
 
-@pytest.mark.parametrize(("over", "refused"), [(-0.01, True), (7.0, False)])
-def test_a_ceiling_is_refused_early_only_if_nothing_is_free(place, over, refused):
+@pytest.mark.parametrize(
+    ("over", "kept", "refused"),
+    [(-0.01, 0.0, True), (7.0, 0.0, False), (4.99, 5.0, True), (12.0, 5.0, False)],
+)
+def test_a_ceiling_is_refused_early_only_if_nothing_is_free(place, over, kept, refused):
     config, scene, scale, _ = place
-    ceiling = config.airspace.model_copy(update={"ceiling": scale.d_min + over})
-    config = config.model_copy(update={"airspace": ceiling})
+    low = config.airspace.model_copy(update={"ceiling": scale.d_min + over, "zone_margin": kept})
+    config = config.model_copy(update={"airspace": low})
     assert bool(complaint_of(lambda: refuse_place(config, scene, scale))) == refused
     space = airspace_of(scene, scale, config)
     grid = candidate_positions(space, box=scene.box, voxel=scale.voxel, limit=10_000, margin=0.002)
@@ -220,3 +261,55 @@ def test_the_smallest_radius_that_is_told_is_taken(scan, place):
     config = load_config(None, [f"scale.radius={radius}"])
     enough = derive_scale(scene, camera_of(config.camera), config.scale)
     refuse_place(config, scene, enough)
+
+
+def hills(corners, spacing=4.0):
+    """Points of soft hills within rectangles (x, y, x, y), turned by 45 degrees."""
+    grids = [
+        np.stack(np.meshgrid(np.arange(a, c, spacing), np.arange(b, d, spacing)), axis=-1)
+        for a, b, c, d in corners
+    ]
+    xy = np.vstack([grid.reshape(-1, 2) for grid in grids]) @ np.array([[1, 1], [-1, 1]]) / 2**0.5
+    return np.column_stack([xy, 9.0 * np.sin(0.02 * xy[:, 0])])
+
+
+@pytest.mark.parametrize(
+    ("corners", "area"),
+    [
+        ([(0, 0, 2000, 30)], 60_000.0),
+        ([(0, 0, 2000, 40), (0, 0, 40, 2000)], 158_400.0),
+    ],
+    ids=["strip", "elbow"],
+)
+def test_a_place_counts_by_its_own_area_and_not_by_that_around_it(tmp_path, corners, area):
+    np.savetxt(tmp_path / "a.xyz", hills(corners), fmt="%.4f")
+    scene = load_scene(tmp_path / "a.xyz")
+    for squares, refused in ((2.2e7, False), (1.2e8, True)):  # 5e7 are too many
+        config = load_config(None, [f"scale.radius={(area / squares) ** 0.5}"])
+        scale = derive_scale(scene, camera_of(config.camera), config.scale)
+        line = complaint_of(lambda config=config, scale=scale: refuse_place(config, scene, scale))
+        assert ("more samples than fit" in line) == refused
+    told = float(line.split("raise it to ")[1].split(" m ")[0])
+    assert 0.95 * (area / 5e7) ** 0.5 <= told <= 1.6 * (area / 5e7) ** 0.5
+
+
+def test_a_target_that_no_photos_reach_is_to_be_lowered(scan):
+    small = ["scale.radius_share=0.06", "viewpoints.target=1e6", "viewpoints.effort=quick"]
+    with pytest.raises(
+        Unattainable, match=r"reach viewpoints.target 1e\+06 .*; lower viewpoints.ta"
+    ):
+        plan(scan, load_config(None, small))
+
+
+@pytest.mark.parametrize("preset", [["preset=paper"], ["objective=hits"]])
+def test_the_target_is_not_blamed_where_nothing_reads_it(scan, preset, monkeypatch):
+    def nothing(*given, **settings):
+        found = genuine(*given, **settings)
+        return replace(found, viewpoints=found.viewpoints.take(np.zeros(0, dtype=np.int64)))
+
+    genuine = attempts.select_viewpoints
+    monkeypatch.setattr(attempts, "select_viewpoints", nothing)
+    settings = ["scale.radius_share=0.1", *(f"viewpoints.{word}" for word in preset)]
+    with pytest.raises(Unattainable, match="finds no photo worth taking") as caught:
+        plan(scan, load_config(None, settings))
+    assert "target" not in str(caught.value)

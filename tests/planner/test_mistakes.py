@@ -125,6 +125,7 @@ def test_a_wrong_value_is_told_with_what_is_allowed(tmp_path, text, line):
         ("gsd", "scale.gsd"),
         ("solver", "viewpoints.solver or route.solver or flight.solver"),
         ("scale.dmin", "scale.d_min"),
+        ("camera.ceilin", "airspace.ceiling"),
     ],
 )
 def test_the_nearest_known_setting_is_suggested(tmp_path, key, meant):
@@ -144,6 +145,30 @@ def test_mistyped_settings_of_a_zone_are_suggested_too(tmp_path):
 
 def test_what_is_like_nothing_gets_the_list(tmp_path):
     assert "zzz = 1; known here: seed, scene, camera" in refused(tmp_path, "zzz = 1")
+
+
+@pytest.mark.parametrize(
+    "key", ["camera.sensor", "viewpoints.overlap", "flight.height", "camera.f"]
+)
+def test_what_is_like_nothing_in_its_table_gets_the_list_of_that(key):
+    table = dict(Config.model_fields)[key.split(".")[0]].annotation
+    with pytest.raises(
+        PlannerError, match=f"{key} = 1; known here: {', '.join(list(table.model_fields)[:5])}"
+    ):
+        load_config(None, [f"{key}=1"])
+
+
+@pytest.mark.parametrize("key", ["a\nb", "a\u2028b", "", "\x1b[31m"])
+@pytest.mark.parametrize("table", [(), ("camera",), ("airspace",)])
+def test_an_odd_key_is_told_in_one_line(key, table):
+    tree = {key: 1}
+    for name in table:
+        tree = {name: tree}
+    with pytest.raises(ValidationError) as caught:
+        Config.model_validate(tree)
+    line = first_mistake(caught.value, Config)[1]
+    assert len(line.splitlines()) == 1
+    assert f"unknown setting {''.join(f'{name}.' for name in table)}{key!r} = 1; known" in line
 
 
 def test_what_was_set_on_the_command_line_is_not_blamed_on_the_file(tmp_path):

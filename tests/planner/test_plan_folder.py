@@ -266,7 +266,7 @@ def test_a_wall_of_no_fly_zone_and_a_ceiling_are_kept(scene, tmp_path):
     assert (np.sign(rows[:, 1]) < 0).any()  # both sides are photographed, over the zone
     height = rows[:, 3] - scene.ground.height(rows[:, 1:3])
     assert height.max() <= 40.0 + 1e-6
-    assert check_folder(tmp_path / "plan").zone_margin >= -2e-4
+    assert check_folder(tmp_path / "plan").zone_distance >= -2e-4
 
 
 WALL = "airspace.zones=[{polygon=[[-3.0,-60.0],[3.0,-60.0],[3.0,60.0],[-3.0,60.0]],top=20.0}]"
@@ -296,7 +296,7 @@ def test_a_margin_is_kept_from_zones_and_from_the_ceiling(scene, apart):
     assert (flown[:, 2] - scene.ground.height(flown)).max() <= 37.0 + 1e-4
     proven = check_folder(folder)
     assert proven.ok
-    assert 3.0 - 2e-4 <= proven.zone_margin <= away.min() + 1e-4
+    assert 3.0 - 2e-4 <= proven.zone_distance <= away.min() + 1e-4
     report = read_json(folder / "report.json")
     assert report["airspace"]["zone_margin"] == 3.0
     assert 3.0 <= report["path"]["certified_zone_margin"] <= away.min() + 1e-4
