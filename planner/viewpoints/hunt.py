@@ -98,14 +98,14 @@ class Hunt:
         firm, possible = subject.reach(many)
         can = int(np.count_nonzero(possible))
         slack = Slack.of(int(np.count_nonzero(firm)), can, subject.settings)
-        many_guards = 0 if guards is None else len(guards)
+        count = 0 if guards is None else len(guards)
         hunt = cls(
             *(subject, few, many, many.take(chosen)),
             firm=firm,
             sharp=subject.problem(many).fine_demand,
             wanted=can - slack.lost,
             slack=slack,
-            spare=Slack.of(many_guards, many_guards, subject.settings),
+            spare=Slack.of(count, count, subject.settings),
             guards=guards,
             result=result,
         )
@@ -136,17 +136,15 @@ class Hunt:
             return self
         missed = self.subject.missed(self.guards, self.kept, self.many)
         known, old = len(self.subject.samples), self.subject.guards
-        rows = missed.rows
-        if old + len(rows) <= self.spare.below and np.count_nonzero(
-            missed.lost
-        ) <= self.spare.lost - min(old, self.spare.lost):
+        rows, lost = missed.rows, int(np.count_nonzero(missed.lost))
+        if old + len(rows) <= self.spare.below and lost <= max(0, self.spare.lost - old):
             return self
         subject = self.subject.guarded(self.guards.places(rows))
         left = np.setdiff1d(np.arange(len(self.guards)), rows)
         few, many, kept = (
             subject.widened(pool, known) for pool in (self.few, self.many, self.kept)
         )
-        lost = self.spare.lost
+        most = self.spare.lost
         return replace(
             self,
             subject=subject,
@@ -155,7 +153,7 @@ class Hunt:
             kept=kept,
             firm=np.concatenate([self.firm, missed.firm]),
             sharp=np.pad(self.sharp, (0, len(rows))),
-            wanted=self.wanted + max(0, subject.guards - lost) - max(0, old - lost),
+            wanted=self.wanted + max(0, subject.guards - most) - max(0, old - most),
             guards=self.guards.places(left),
         ).relaxed()
 
