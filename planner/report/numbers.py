@@ -12,6 +12,7 @@ import numpy as np
 from planner.flight.energy import climb_energy, energy
 
 if TYPE_CHECKING:
+    from planner.config import ViewpointSettings
     from planner.planning import Plan
     from planner.sorties.sorties import Sorties
     from planner.viewpoints.selection import FloorWish, Selection
@@ -99,6 +100,7 @@ def summary(plan: "Plan") -> dict[str, Any]:
             "mean_hits": float(selection.hits.mean()),
             "reasons": selection.reason_counts(),
             "reconstructable": _reconstructable(selection),
+            "sharp": _sharp(selection, plan.config.viewpoints),
             "solvers": [_solver(result) for result in selection.results],
             "first_flight": _first_flight(plan),
             "time_limit": None if plan.limit is None else asdict(plan.limit),
@@ -183,6 +185,20 @@ def _reconstructable(selection: "Selection") -> dict[str, Any] | None:
         "share": selection.fulfilled,
         "wanted": None if wish.limited else wish.share,
         "floor": None if wish.floor is None else _floor(selection, wish.floor),
+    }
+
+
+def _sharp(selection: "Selection", settings: "ViewpointSettings") -> dict[str, Any] | None:
+    """Share of what can have sharp photos that has as many as are wanted, where any are."""
+    if not (settings.by_pairs and settings.sharp_views):
+        return None
+    can = selection.wish.stages[3] > 0
+    most = np.minimum(settings.sharp_views, selection.wish.stages[3][can])
+    return {
+        "views": settings.sharp_views,
+        "samples": int(np.count_nonzero(can)),
+        "share": float(np.mean(selection.hits[can] >= most)) if can.any() else 1.0,
+        "wanted": settings.sharp_share,
     }
 
 

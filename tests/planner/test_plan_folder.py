@@ -73,6 +73,20 @@ def test_what_is_certified_is_a_bound_of_what_the_check_finds(planned, written):
     assert (path.clearance >= planned.scale.d_min).all()
 
 
+def test_the_report_says_what_shares_have_target_floor_and_sharp_photos(planned, written):
+    found = read_json(written / "report.json")["viewpoints"]
+    h, wish = planned.selection.reconstructability, planned.selection.wish
+    target, floor = found["reconstructable"], found["reconstructable"]["floor"]
+    assert (target["target"], target["wanted"]) == (4.0, 0.98)
+    assert target["samples"] == wish.pairs.reachable.sum()
+    assert 0.98 <= target["share"] <= np.mean(h[wish.pairs.reachable] >= 4.0)
+    assert (floor["h"], floor["wanted"]) == (3.6, 0.995)
+    assert floor["share"] == np.mean(h[wish.pairs.floor.reachable] >= 3.6) >= 0.995
+    can = wish.stages[3] > 0
+    sharp = {"views": 1, "samples": can.sum(), "wanted": 1.0}
+    assert found["sharp"] == {**sharp, "share": np.mean(planned.selection.hits[can] >= 1)}
+
+
 def test_report_numbers_agree_with_the_files(planned, written):
     report = read_json(written / "report.json")
     lines = (written / "viewpoints.csv").read_text().splitlines()
