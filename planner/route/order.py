@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.config import RouteSettings
+from planner.errors import PlannerError
 from planner.findings import Finding
 from planner.geometry.angles import circular_difference_deg
 from planner.geometry.arrays import Floats, Ints, read_only
@@ -113,6 +114,11 @@ def order_viewpoints(
     route
         A permutation of the rows and its numbers. Without viewpoints it is empty.
 
+    Raises
+    ------
+    PlannerError
+        If the solver cannot take the problem or fails.
+
     """
 
     def costs_of(metres: Floats) -> Floats:
@@ -146,10 +152,15 @@ def order_viewpoints(
 def _solve(
     problem: "TourProblem", settings: RouteSettings, seed: int, best: Ints | None
 ) -> "Result[Ints]":
-    from solvers import Stop, solve
+    from solvers import SolverError, Stop, solve
 
     stop = Stop() if settings.iterations is None else Stop(iterations=settings.iterations)
-    result = solve(problem, settings.solver, seed=seed, stop=stop, initial=best)
+    try:
+        result = solve(problem, settings.solver, seed=seed, stop=stop, initial=best)
+    except SolverError as error:
+        words = str(error).rstrip(".")
+        cure = "" if "choose another" in words else "; choose another solver"
+        raise PlannerError(f"route.solver = {settings.solver!r}: {words}{cure}") from error
     if result.solution is None:  # a solver may end before its first tour
         result = solve(problem, "nearest", seed=seed)
     return result

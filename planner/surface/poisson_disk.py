@@ -9,7 +9,7 @@ from planner.scene.cloud import Mesh
 from planner.scene.sampling import triangle_normals
 
 _CANDIDATES = 32  # a disk of half the radius holds 25 on average: none is missed in practice
-_LIMIT = 20_000_000
+_LIMIT = 20_000_000  # darts, which bounds the memory
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,6 +75,12 @@ def poisson_disk(mesh: Mesh, radius: float, *, seed: int = 0) -> DiskSamples:
     xyz = _points_in_triangles(mesh, triangle, rng)
     rows = np.flatnonzero(throw_darts(xyz, float(radius)))
     return DiskSamples(xyz[rows], triangle[rows].astype(np.int64))
+
+
+def least_radius(mesh: Mesh) -> float:
+    """Smallest radius, metres, whose darts on all of a mesh fit into memory."""
+    _, area = triangle_normals(mesh)
+    return float(np.sqrt(_CANDIDATES * area.sum() / (_LIMIT - 2 * _CANDIDATES)))
 
 
 def _points_in_triangles(mesh: Mesh, triangle: Ints, rng: np.random.Generator) -> Floats:

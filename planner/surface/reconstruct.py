@@ -16,7 +16,7 @@ from planner.surface.clusters import cluster_samples
 from planner.surface.openness import openness
 from planner.surface.oriented import joined, normals_of
 from planner.surface.poisson import poisson_mesh
-from planner.surface.poisson_disk import poisson_disk
+from planner.surface.poisson_disk import least_radius, poisson_disk
 from planner.surface.samples import THINNING, Surface, SurfaceSamples
 from planner.surface.snap import snap_to_cloud
 from planner.surface.trim import trim
@@ -67,7 +67,7 @@ def reconstruct_surface(
     Raises
     ------
     PlannerError
-        If no sample remains.
+        If no sample remains, or so many would be drawn that they do not fit into memory.
 
     """
     thinned = _with_normals(thin(scene.cloud, THINNING * radius), normal_neighbours, scene.ground)
@@ -75,6 +75,13 @@ def reconstruct_surface(
         mesh = scene.mesh
     else:
         mesh = _poisson(thinned, scene.ground, radius, poisson_depth, settings)
+    least = least_radius(mesh)
+    if radius < least:
+        raise PlannerError(
+            f"{scene.source or scene.name}: samples {radius:.3g} m apart are too many for a "
+            f"surface of {triangle_normals(mesh)[1].sum():.0f} m2; set scale.radius to at least "
+            f"{_rounded_up(least)} m"
+        )
     samples = _sample(mesh, thinned, scene.ground, radius=radius, settings=settings, seed=seed)
     if len(samples) == 0:
         raise PlannerError(
@@ -158,6 +165,11 @@ def _sample(
     xyz, normals = drawn.xyz[keep], mean[keep]
     count = settings.clusters or max(1, round(len(xyz) / _PER_CLUSTER))
     return SurfaceSamples(xyz, normals, cluster_samples(xyz, normals, count), radius)
+
+
+def _rounded_up(length: float) -> str:
+    """At least this length, in three digits or so."""
+    return f"{length * 1.005:.3g}"
 
 
 def _reachable(

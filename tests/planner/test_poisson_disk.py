@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from planner.scene.cloud import Mesh
 from planner.scene.sampling import triangle_normals
-from planner.surface.poisson_disk import poisson_disk
+from planner.surface.poisson_disk import least_radius, poisson_disk
 
 
 def rectangle(width, depth, height=0.0):
@@ -80,3 +80,12 @@ def test_a_mesh_without_area_has_no_samples():
 def test_an_impossible_radius_is_refused(radius):
     with pytest.raises(ValueError, match="radius"):
         poisson_disk(rectangle(1.0, 1.0), radius)
+
+
+@pytest.mark.parametrize("side", [0.3, 60.0, 7e4])
+def test_the_least_radius_is_just_not_refused(side, monkeypatch):
+    monkeypatch.setattr("planner.surface.poisson_disk._LIMIT", 50_000)
+    mesh = rectangle(side, side)
+    poisson_disk(mesh, least_radius(mesh))
+    with pytest.raises(ValueError, match="darts"):
+        poisson_disk(mesh, 0.99 * least_radius(mesh))

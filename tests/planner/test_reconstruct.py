@@ -167,3 +167,13 @@ def test_a_surface_that_cannot_be_reached_is_refused_with_a_remedy():
     )
     with pytest.raises(PlannerError, match=r"house: no surface sample.*set scale\.radius between"):
         reconstruct_surface(scene_of(inner, buried), radius=2.0, poisson_depth=6)
+
+
+def test_more_samples_than_fit_are_refused_with_a_radius_that_does(monkeypatch):
+    monkeypatch.setattr("planner.surface.poisson_disk._LIMIT", 50_000)
+    house = house_on_ground()
+    scene = scene_of(sample_mesh(house, 0.5, 0), house)
+    with pytest.raises(PlannerError, match=r"house: .* set scale\.radius to at least") as refused:
+        reconstruct_surface(scene, radius=0.1, poisson_depth=6)
+    least = float(str(refused.value).split()[-2])
+    assert len(reconstruct_surface(scene, radius=least, poisson_depth=6).samples) > 100

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.config import FlightSettings, RouteSettings
+from planner.errors import PlannerError
 from planner.geometry.angles import direction
 from planner.route.cost import (
     Pace,
@@ -175,3 +176,28 @@ def test_angle_changes_go_the_short_way_round():
     route = order_viewpoints(views, settings=RouteSettings(), box=BOX, seed=0)
     assert (route.yaw_change_deg, route.pitch_change_deg) == (20.0, 15.0)
     assert (route.yaw_total_deg, route.pitch_total_deg) == (40.0, 30.0)
+
+
+class Loose:
+    """A solver that cannot begin where it is told to."""
+
+    name = "loose"
+    cannot = frozenset({"start"})
+
+    def run(self, problem, run):
+        raise NotImplementedError
+
+
+class Broken(Loose):
+    """A solver that fails."""
+
+    cannot = frozenset()
+
+
+@pytest.mark.parametrize("solver", ["Loose", "Broken"])
+def test_a_solver_that_cannot_order_photos_is_named_with_its_setting(solver):
+    settings = RouteSettings(solver=f"{__name__}:{solver}")
+    with pytest.raises(PlannerError, match="route.solver = .*choose another") as refused:
+        order_viewpoints(scattered(9, 0), settings=settings, box=BOX, seed=0)
+    assert str(refused.value).count("choose another") == 1
+    assert not str(refused.value).endswith(".")
