@@ -149,7 +149,7 @@ class DistanceField:
         """Lower bound of the clearance, (m,), metres, from the lattice and the raw points.
 
         Distance changes by at most a metre a metre: the value at the centre of a cell less the
-        way to it holds everywhere in the cell. Minus infinity where the lattice does not prove
+        way to it holds everywhere, and so does the height over all surfaces. Minus infinity where the lattice does not prove
         that a point is outside.
         """
         points = np.asarray(points, dtype=np.float64)
@@ -159,6 +159,7 @@ class DistanceField:
         index = self.lattice.index(at)
         value = self.lattice.values[tuple(index.T)].astype(np.float64)
         value -= np.linalg.norm(at - self.lattice.centre(index), axis=1)
+        value = np.maximum(value, at[:, 2] - self.mesh.vertices[:, 2].max())
         proven = self.lattice.sky[tuple(index.T)]
         bound[known] = np.where(proven, np.minimum(value, self.raw_distance(at)), -np.inf)
         return bound
@@ -209,10 +210,11 @@ class DistanceField:
     @cached_property
     def lattice(self) -> "Lattice":
         """Distances at the centres of cells, and which cells the sky reaches."""
-        top = max(float(self.high[2]), float(self.mesh.vertices[:, 2].max()))
-        return _lattice(
-            self._triangles, self.low, np.r_[self.high[:2], top], 0.5 * self.d_min, self.d_min
-        )
+        corners = self.mesh.vertices
+        ends = corners.min(axis=0), corners.max(axis=0)
+        low = np.r_[self.low[:2], max(self.low[2], ends[0][2])]
+        high = np.r_[self.high[:2], max(low[2], ends[1][2])]
+        return _lattice(self._triangles, (low, high), ends, 0.5 * self.d_min, self.d_min)
 
     def _outside(self, points: Floats, distance: Floats) -> Bools:
         """Which points are proven outside: steps that no surface can cross lead to the sky.
@@ -259,6 +261,8 @@ class DistanceField:
 class Lattice:
     """Lower bounds of the distance to surfaces on a lattice, and the sky's cells.
 
+    It is as high as the surfaces are: all above it is sky too, and nothing below it is.
+
     Parameters
     ----------
     values
@@ -279,8 +283,9 @@ class Lattice:
     cell: float
 
     def holds(self, points: Floats) -> Bools:
-        """Which points lie in the lattice."""
+        """Which points lie in the lattice or above it."""
         top = self.origin + np.array(self.values.shape) * self.cell
+        top[2] = np.inf
         return np.asarray(((points >= self.origin) & (points < top)).all(axis=1))
 
     def index(self, points: Floats) -> Ints:
@@ -294,16 +299,22 @@ class Lattice:
 
 
 def _lattice(
-    triangles: TriangleTree, low: Floats, high: Floats, cell: float, d_min: float
+    triangles: TriangleTree,
+    corners: tuple[Floats, Floats],
+    ends: tuple[Floats, Floats],
+    cell: float,
+    d_min: float,
 ) -> Lattice:
     """Fill a lattice from coarse blocks to single cells, and flood its empty cells.
 
-    A block is not cut further once all of it is clear by more than ``d_min`` and a cell.
+    A block is not cut further once all of it is clear by more than ``d_min`` and a cell. Beyond the
+    ends of the surfaces no cell is sky, lest wide ones lead around their rim to below the ground.
     """
     from scipy.ndimage import label
 
     from planner.airspace.field_kernels import fill_blocks
 
+    low, high = corners
     while np.prod(np.ceil((high - low) / cell) + 4.0) > _MOST_CELLS:
         cell *= 1.05
     origin = low - 2.0 * cell
@@ -321,7 +332,12 @@ def _lattice(
         blocks, width = blocks[~whole], width // 2
         blocks = (blocks[:, None, :] + _steps(np.full(3, 2)) * width).reshape(-1, 3)
         blocks = blocks[(blocks < shape).all(axis=1)]
-    parts, _ = label(values > _HALF_DIAGONAL * cell)
+    empty = values > _HALF_DIAGONAL * cell
+    for axis in range(2):
+        centre = origin[axis] + (np.arange(shape[axis]) + 0.5) * cell
+        out = (centre < ends[0][axis]) | (centre > ends[1][axis])
+        empty[(slice(None),) * axis + (out,)] = False
+    parts, _ = label(empty)
     top = np.unique(parts[:, :, -1])
     return Lattice(values, np.isin(parts, top[top > 0]), origin, cell)
 

@@ -55,6 +55,17 @@ def test_the_plan_is_complete_and_every_file_is_there(planned, written):
     assert check_folder(written).ok
 
 
+def test_a_plan_that_fails_its_check_names_no_folder_that_is_gone(planned, tmp_path, monkeypatch):
+    def doubtful(folder, **options):
+        proof = check_folder(folder, **options)
+        return replace(proof, problems=(f"{folder / 'path.csv'}: line 44: is too near",))
+
+    monkeypatch.setattr("planner.report.folder.check_folder", doubtful)
+    with pytest.raises(PlannerError, match=r"its check failed \(path\.csv: line 44: is too near\)"):
+        planned.save(tmp_path / "plan")
+    assert not list(tmp_path.iterdir())
+
+
 def test_no_point_of_the_curve_is_nearer_than_asked_by_brute_force(planned):
     controls = planned.flight.path.controls
     steps = np.linspace(0.0, 1.0, 400)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from planner.airspace.airspace import build_airspace
 from planner.airspace.collision import Triangles
 from planner.airspace.field import DistanceField, TriangleTree
+from planner.config import AirspaceSettings
 from planner.scene.cloud import Mesh
 
 seeds = st.integers(0, 2**31)
@@ -144,7 +145,7 @@ def test_under_a_roof_without_walls_the_stored_curtains_close_the_building(make)
 
 def test_a_coarse_lattice_proves_the_same_places_outside(pair, monkeypatch):
     airspace, _ = pair
-    monkeypatch.setattr("planner.airspace.field._MOST_CELLS", 6000)
+    monkeypatch.setattr("planner.airspace.field._MOST_CELLS", 2500)
     field = DistanceField.from_arrays(airspace.to_arrays())
     assert field.lattice.cell > 2.0 * airspace.d_min
     points = np.random.default_rng(0).uniform((-34, -34, 0), (34, 34, 30), (3000, 3))
@@ -154,6 +155,22 @@ def test_a_coarse_lattice_proves_the_same_places_outside(pair, monkeypatch):
     assert (checked[clear] >= 2.0).mean() > 0.98
     bound = field.lower_bound(points)
     assert (bound <= planned + 1e-9).all()
+
+
+@pytest.mark.parametrize("beyond", [1e3, 1e4, 1e6])
+def test_a_space_much_wider_than_the_scene_proves_the_same_places_outside(make, beyond):
+    settings = AirspaceSettings(beyond=beyond)
+    airspace = build_airspace(
+        make.scene(), make.boxes(BLOCKS), d_min=2.0, d_max=15.0, settings=settings
+    )
+    field = DistanceField.from_arrays(airspace.to_arrays())
+    rng = np.random.default_rng(0)
+    points = rng.uniform((-34, -34, 0), (34, 34, 60), (500, 3))
+    planned, checked = airspace.clearance(points), field.clearance(points)
+    assert (checked <= planned + 1e-9).all()
+    assert (checked >= 2.0)[planned >= 2.0].mean() > (0.98 if beyond <= 1e4 else 0.3)
+    buried = rng.uniform((-34, -34, -60), (34, 34, -0.5), (500, 3)) * [beyond / 40.0, 1.0, 1.0]
+    assert field.clearance(buried).max() < 0.0
 
 
 def test_the_second_opinion_never_loads_the_first():
