@@ -200,7 +200,7 @@ def _proven(plan: "Plan") -> str:
     if clearance is None:
         return ""
     return (
-        f"proven to stay {rounded_down(clearance)} m from everything solid"
+        f"proven to stay at least {rounded_down(clearance)} m from everything solid"
         + (" or never seen" if plan.config.airspace.unknown == "closed" else "")
         + (" but for take-off and landing" if plan.sorties is not None else "")
         + f" (asked: {rounded_down(plan.scale.d_min)} m); "
