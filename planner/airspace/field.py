@@ -149,8 +149,8 @@ class DistanceField:
         """Lower bound of the clearance, (m,), metres, from the lattice and the raw points.
 
         Distance changes by at most a metre a metre: the value at the centre of a cell less the
-        way to it holds everywhere, and so does the height over all surfaces. Minus infinity where the lattice does not prove
-        that a point is outside.
+        way to it holds everywhere, and so does the height over all surfaces. Minus infinity where
+        the lattice does not prove that a point is outside.
         """
         points = np.asarray(points, dtype=np.float64)
         known = ((points >= self.low) & (points <= self.high)).all(axis=1)

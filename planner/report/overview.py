@@ -269,9 +269,7 @@ def _colours(flights: Sequence[DrawnFlight]) -> list[str]:
     return [SORTIE_COLOURS[number % len(SORTIE_COLOURS)] for number in range(len(flights))]
 
 
-def _legends(
-    figure: "Figure", panel: "Axes", marks: "Sequence[Line2D]", uncovered: bool
-) -> float:
+def _legends(figure: "Figure", panel: "Axes", marks: "Sequence[Line2D]", uncovered: bool) -> float:
     """Explain the marks, and beside them why samples are not covered; height, share of the figure.
 
     Both get fewer columns until neither covers the other.

@@ -74,7 +74,9 @@ def test_a_ceiling_under_d_min_says_by_how_much_to_raise_it(place):
     space = airspace(level, ceiling=2.0)
     assert roomiest(space).spare < 0.0
     lack = lack_of_room(space)
-    assert lack.startswith("airspace.ceiling 2 m is under d_min; raise it by over 1.00 m, and by sc")
+    assert lack.startswith(
+        "airspace.ceiling 2 m is under d_min; raise it by over 1.00 m, and by sc"
+    )
 
 
 def sloped(place, rise=0.2):
