@@ -148,9 +148,13 @@ def plan(
     ------
     PlannerError
         If the source or a setting must be changed first.
+    TypeError
+        If ``config`` is no :class:`Config`.
 
     """
     config = Config() if config is None else config
+    if not isinstance(config, Config):
+        raise TypeError(f"config must be a Config, as load_config reads it, got {config!r}.")
     refuse_settings(config)
     clock = Clock(listener)
     prior = study(source, config, clock)
