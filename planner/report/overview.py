@@ -290,7 +290,7 @@ def _legends(figure: "Figure", panel: "Axes", marks: "Sequence[Line2D]", uncover
         if (marks_in, reasons_in) != (2, 2):
             for legend in legends:
                 legend.remove()
-    return max(0.075, max(box.y1 for box in boxes) / figure.bbox.height)
+    return max(0.075, *(float(box.y1) / float(figure.bbox.height) for box in boxes))
 
 
 def _marks(flights: Sequence[DrawnFlight], hull: HullDrawing, matched: int) -> "list[Line2D]":
