@@ -42,7 +42,11 @@ def plan_command(
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """Plan the flight that photographs SCENE well enough to reconstruct it."""
+    """Plan the flight that photographs SCENE well enough to reconstruct it.
+
+    Exits with 0 if the plan is complete, 1 if it is partial (written and safe all the same), 2 if
+    the scene, a setting or the folder must be changed first, 3 if a package is missing.
+    """
     from planner.config import load_config
     from planner.missions.folder import refuse_folder
 
@@ -61,7 +65,7 @@ def demo(
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """Plan a seeded synthetic block: no data needed."""
+    """Plan a seeded synthetic block: no data needed; exits as plan does."""
     from planner.config import load_config
     from planner.foresight import refuse_settings
     from planner.missions.folder import refuse_folder
@@ -82,7 +86,11 @@ def check(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Read a written plan back and prove that it keeps its distance."""
+    """Read a written plan back and prove that it keeps its distance.
+
+    Exits with 0 if all is proven, 1 if something is unsafe or was changed, 2 if a file is missing
+    or broken. The numbers of report.json itself, which holds the hashes, are not proven.
+    """
     from planner.missions.check import check_folder
 
     result = check_folder(folder, scene=scene)

@@ -74,9 +74,9 @@ class SceneSettings(Settings):
 class CameraSettings(Settings):
     """A pinhole camera on a gimbal; by default 20 megapixels, 84 degrees across the diagonal."""
 
-    width_px: WholePixels = Field(default=5472, ge=16)
+    width_px: WholePixels = Field(default=5472, ge=16, le=100_000)
     """Width of the picture."""
-    height_px: WholePixels = Field(default=3648, ge=16)
+    height_px: WholePixels = Field(default=3648, ge=16, le=100_000)
     """Height of the picture."""
     diagonal_deg: Degrees = Field(default=84.0, gt=1.0, lt=170.0)
     """Field of view across the diagonal."""
@@ -163,7 +163,7 @@ class AirspaceSettings(Settings):
     zone_files: tuple[str, ...] = ()
     """GeoJSON files whose polygons are zones too, with ``kind``, ``bottom`` and ``top`` as
     properties, heights above ground."""
-    beyond: Metres | None = Field(default=None, gt=0.0)
+    beyond: Metres | None = Field(default=None, gt=0.0, le=2_000.0)
     """How far outside of the scene's box flight is considered, where nothing is known and level
     ground is assumed; unset: d_max."""
     fill_under_roofs: bool = True

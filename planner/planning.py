@@ -148,9 +148,14 @@ def plan(
     ------
     PlannerError
         If the source or a setting must be changed first.
+    TypeError
+        If ``config`` is no :class:`Config`.
 
     """
-    config = refuse_settings(Config() if config is None else config)
+    config = Config() if config is None else config
+    if not isinstance(config, Config):
+        raise TypeError(f"config must be a Config, as load_config reads it, got {config!r}.")
+    config = refuse_settings(config)
     clock = Clock(listener)
     prior = study(source, config, clock)
     config = prior.config

@@ -92,9 +92,13 @@ def lack_of_room(airspace: Airspace, *, margin: float = FLIGHT_MARGIN) -> str:
     where = f"the roomiest place ({x:.1f}, {y:.1f}, {z:.1f})"
     if 0.0 <= room.spare < margin:
         return f"{where} has {room.spare:.2f} m to spare where flight.margin keeps {margin:g} m"
-    if room.spare >= 0.0:
-        return f"{where} has {room.spare:.2f} m to spare, but is too far from the scene"
     ceiling, kept = airspace.zones.ceiling, airspace.zones.kept
+    if room.spare >= 0.0:
+        spare = f"{where} has {room.spare:.2f} m to spare, but"
+        if not _has_room_near(airspace, margin):
+            return f"{spare} is too far from the scene"
+        cure = "lower scale.voxel" + ("" if ceiling is None else " or raise airspace.ceiling")
+        return f"{spare} no position of the grid is in such a narrow space; {cure}"
     if ceiling is not None:
         above = ceiling.above_ground
         if above < airspace.d_min:
@@ -102,9 +106,14 @@ def lack_of_room(airspace: Airspace, *, margin: float = FLIGHT_MARGIN) -> str:
         else:
             what, lack = "forbids all", _lack_of_height(airspace, ceiling, margin)
         if np.isfinite(lack):
-            return f"airspace.ceiling {above:.4g} m {what}; raise it by over {lack:.2f} m"
+            return f"airspace.ceiling {above:.4g} m {what}; {_raise(lack)}"
     lacks = f"{where} lacks {-room.spare:.2f} m between solids and zones"
     return f"{lacks}, from which airspace.zone_margin keeps {kept:g} m" if kept else lacks
+
+
+def _raise(lack: float) -> str:
+    """Cure for a ceiling that lacks so much: a layer thinner than the grid may hold no position."""
+    return f"raise it by over {lack:.2f} m, and by scale.voxel more to have room for positions"
 
 
 def _solids_on_lattice(airspace: Airspace) -> tuple[Floats, Floats]:
@@ -116,6 +125,13 @@ def _solids_on_lattice(airspace: Airspace) -> tuple[Floats, Floats]:
     ]
     at = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     return at, airspace.clearance_range(at)[0] - airspace.d_min
+
+
+def _has_room_near(airspace: Airspace, margin: float) -> bool:
+    """Whether any place with that much to spare is near enough to the scene for photos."""
+    at, solids = _solids_on_lattice(airspace)
+    near = airspace.obstacle_distance(at) <= airspace.d_max
+    return bool((near & (np.minimum(solids, airspace.zone_margin(at)) >= margin)).any())
 
 
 def _lack_of_height(airspace: Airspace, ceiling: Ceiling, margin: float) -> float:

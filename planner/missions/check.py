@@ -150,7 +150,7 @@ def check_folder(
     field = DistanceField.from_arrays(arrays, name=str(folder / "airspace.npz"))
     stored = read_arrays(arrays, name=str(folder / "airspace.npz"))
     path, limits = read_path_file(folder / "path.json")
-    config = load_config(folder / "config.toml")
+    config = read_config(folder / "config.toml")
     viewpoints = read_viewpoints(folder / "viewpoints.csv")
     rows = read_path_table(folder / "path.csv")
     sorties = 0
@@ -191,6 +191,13 @@ def check_folder(
         line=-1 if flown is None else flown.nearest + 2,
         sorties=sorties,
     )
+
+
+def read_config(path: Path) -> Config:
+    """Settings that a plan was made with."""
+    if not path.is_file():
+        raise PlannerError(f"{path}: is missing; plan again")
+    return load_config(path)
 
 
 def read_arrays_file(path: Path) -> dict[str, NDArray[Any]]:

@@ -9,6 +9,7 @@ from planner.airspace.storage import StoredAirspace
 from planner.geometry.angles import circular_difference_deg
 from planner.geometry.arrays import Floats
 from planner.missions.proof import CurveProof, LineProof, prove_distance, prove_lines
+from planner.missions.tables import PATH_COLUMNS
 
 SAME_METRES = 1e-3
 SAME_SECONDS = 1e-3
@@ -16,6 +17,7 @@ SAME_DEGREES = 1e-2
 TIGHT = 0.02
 """How tight the bound of the lines from row to row is, as a share of ``d_min``."""
 
+_SAME = np.array([SAME_SECONDS, *[SAME_METRES] * 3, *[SAME_DEGREES] * 2, 0.0])  # by column
 _ZONES = "a zone or the ceiling"
 
 
@@ -38,17 +40,16 @@ def row_faults(
     """
     both = min(len(rows), len(wanted))
     have, want = rows[:both], wanted[:both]
-    wrong = np.abs(have[:, 0] - want[:, 0]) > SAME_SECONDS
-    wrong |= (np.abs(have[:, 1:4] - want[:, 1:4]) > SAME_METRES).any(axis=1)
-    wrong |= np.abs(circular_difference_deg(have[:, 4], want[:, 4])) > SAME_DEGREES
-    wrong |= np.abs(have[:, 5] - want[:, 5]) > SAME_DEGREES
-    wrong |= have[:, 6] != want[:, 6]
+    off = np.abs(have - want)
+    off[:, 4] = np.abs(circular_difference_deg(have[:, 4], want[:, 4]))
+    wrong = ~(off <= _SAME)
     if wrong.any():
-        row = int(np.argmax(wrong))
+        row = int(np.argmax(wrong.any(axis=1)))
+        name = int(np.argmax(wrong[row]))
         return [
-            f"{table}: line {row + first_line}: is not what {source} gives (t {have[row, 0]:.4f} s "
-            f"where {want[row, 0]:.4f} s was expected, segment {int(want[row, 6])}); "
-            "a line is missing or changed"
+            f"{table}: line {row + first_line}: is not what {source} gives ({PATH_COLUMNS[name]} "
+            f"{have[row, name]:.10g} where {want[row, name]:.10g} was expected, "
+            f"segment {int(want[row, 6])}); a line is missing or changed"
         ]
     if len(rows) != len(wanted):
         return [

@@ -5,13 +5,13 @@ from pathlib import Path
 from typing import Any
 
 from planner.airspace.airspace import Airspace
-from planner.config import Config, load_config
+from planner.config import Config
 from planner.errors import PlannerError
 from planner.flight.limits import Limits
 from planner.flight.path import FlightPath
 from planner.geometry.arrays import Floats
 from planner.geometry.frames import Frame
-from planner.missions.check import read_arrays_file, read_path_file
+from planner.missions.check import read_arrays_file, read_config, read_path_file
 from planner.missions.records import read_json
 from planner.missions.tables import read_path_table, read_viewpoints
 from planner.viewpoints.viewpoints import Viewpoints
@@ -95,7 +95,7 @@ def load_plan(folder: str | Path) -> WrittenPlan:
         raise PlannerError(f"{folder / 'scene.json'}: {error!r}; plan again") from None
     return WrittenPlan(
         name=name,
-        config=load_config(folder / "config.toml"),
+        config=read_config(folder / "config.toml"),
         frame=frame,
         viewpoints=read_viewpoints(folder / "viewpoints.csv"),
         path=path,

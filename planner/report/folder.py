@@ -1,5 +1,6 @@
 """Write a plan: every file, then the proof that the written files are safe."""
 
+import os
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -62,7 +63,8 @@ def save_plan(plan: "Plan", folder: str | Path, *, overwrite: bool = False) -> N
         proof = check_folder(draft, sealed=False)
         if not proof.ok:
             raise PlannerError(
-                f"{folder}: not written, since its check failed ({proof.problems[0]}); "
+                f"{folder}: not written, since its check failed "
+                f"({proof.problems[0].replace(f'{draft}{os.sep}', '')}); "
                 "please report this with the scene"
             )
         timing = {**plan.timing, "write_and_check": time.perf_counter() - start}
@@ -198,7 +200,7 @@ def _proven(plan: "Plan") -> str:
     if clearance is None:
         return ""
     return (
-        f"proven to stay {rounded_down(clearance)} m from everything solid"
+        f"proven to stay at least {rounded_down(clearance)} m from everything solid"
         + (" or never seen" if plan.config.airspace.unknown == "closed" else "")
         + (" but for take-off and landing" if plan.sorties is not None else "")
         + f" (asked: {rounded_down(plan.scale.d_min)} m); "

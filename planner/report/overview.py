@@ -16,6 +16,7 @@ from planner.viewpoints.viewpoints import Viewpoints
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 INK, PAPER = "#1b2733", "#ffffff"
 REPAIRED_COLOUR, VIEW_COLOUR = "#d1007a", "#1b2733"
@@ -139,18 +140,11 @@ def draw_overview(
     panels[0].set_ylabel("local y, metres")
     panels[1].set_xticks([])
     panels[1].set_yticks([])
-    _legend(figure, flights, hull, len(matched))
-    if uncovered:
-        panels[0].legend(
-            loc="upper left",
-            bbox_to_anchor=(0.0, -0.08),
-            ncols=4,
-            fontsize=9,
-            title="not covered",
-            alignment="left",
-        )
-    figure.subplots_adjust(left=0.05, right=0.93, top=0.88, bottom=0.15, wspace=0.05)
-    bar = figure.add_axes((0.945, 0.15, 0.012, 0.68))
+    bottom = 0.075 + _legends(
+        figure, panels[0], _marks(flights, hull, len(matched)), bool(uncovered)
+    )
+    figure.subplots_adjust(left=0.05, right=0.93, top=0.88, bottom=bottom, wspace=0.05)
+    bar = figure.add_axes((0.945, bottom, 0.012, 0.83 - bottom))
     scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(0.0, 1.0), QUALITY_MAP)
     figure.colorbar(scale, cax=bar, label="quality of the coarse model (0 unknown, 1 well known)")
     figure.suptitle(
@@ -275,10 +269,32 @@ def _colours(flights: Sequence[DrawnFlight]) -> list[str]:
     return [SORTIE_COLOURS[number % len(SORTIE_COLOURS)] for number in range(len(flights))]
 
 
-def _legend(
-    figure: "Figure", flights: Sequence[DrawnFlight], hull: HullDrawing, matched: int
-) -> None:
-    """Name the marks."""
+def _legends(figure: "Figure", panel: "Axes", marks: "Sequence[Line2D]", uncovered: bool) -> float:
+    """Explain the marks, and beside them why samples are not covered; height, share of the figure.
+
+    Both get fewer columns until neither covers the other.
+    """
+    for marks_in, reasons_in in ((5, 4), (4, 4), (4, 3), (3, 3), (3, 2), (2, 2)):
+        place: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (0.935, 0.005)}
+        legends = [figure.legend(handles=marks, ncols=marks_in, fontsize=9, **place)]
+        if uncovered:
+            place = {"loc": "lower left", "bbox_to_anchor": (0.045, 0.005)}
+            title: dict[str, Any] = {"title": "not covered", "alignment": "left"}
+            handles = panel.get_legend_handles_labels()[0]
+            legends.append(
+                figure.legend(handles=handles, ncols=reasons_in, fontsize=9, **place, **title)
+            )
+        boxes = [legend.get_window_extent() for legend in legends]
+        if not uncovered or boxes[1].x1 < boxes[0].x0:
+            break
+        if (marks_in, reasons_in) != (2, 2):
+            for legend in legends:
+                legend.remove()
+    return max(0.075, *(float(box.y1) / float(figure.bbox.height) for box in boxes))
+
+
+def _marks(flights: Sequence[DrawnFlight], hull: HullDrawing, matched: int) -> "list[Line2D]":
+    """One entry of the legend for each kind of mark."""
     from matplotlib.lines import Line2D
 
     def mark(label: str, **style: Any) -> Line2D:
@@ -313,10 +329,8 @@ def _legend(
             marks.append(mark(name, color=colour, linestyle="--"))
     ring: dict[str, Any] = {"color": "none", "markeredgecolor": ZONE_COLOURS[0]}
     if hull.closest is not None:
-        label = f"smallest clearance, {hull.clearance:.2f} m"
+        label = f"smallest clearance found, {hull.clearance:.2f} m"
         marks.append(mark(label, marker="o", markerfacecolor="none", markersize=9, **ring))
     if len(hull.lost):
         marks.append(mark(f"photo that is not flown ({len(hull.lost)})", marker="x", **ring))
-    figure.legend(
-        handles=marks, loc="lower right", bbox_to_anchor=(0.935, 0.005), ncols=5, fontsize=9
-    )
+    return marks

@@ -67,6 +67,13 @@ def test_a_missing_file_is_named(tmp_path):
         load_config(tmp_path / "none.toml")
 
 
+@pytest.mark.parametrize("side", ["width_px", "height_px"])
+def test_a_picture_that_no_camera_takes_is_refused(side):
+    assert load_config(None, [f"camera.{side}=100000"])
+    with pytest.raises(PlannerError, match=f"{side}.*100,?000"):
+        load_config(None, [f"camera.{side}=100001"])
+
+
 PENTAGRAM = [[0, 3], [2, -3], [-3, 1], [3, 1], [-2, -3]]
 
 

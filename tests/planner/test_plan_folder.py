@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from planner import Plan, PlannerError, PlanStatus, check_folder, load_config, plan, synthetic_scene
 from planner.airspace.airspace import Airspace
 from planner.geometry import bezier
+from planner.missions.faults import row_faults
 from planner.missions.records import read_json
 
 SETTINGS = ["scale.radius_share=0.03", "seed=4", "viewpoints.sharp_share=1.0"]  # close to things
@@ -53,6 +54,17 @@ def test_the_plan_is_complete_and_every_file_is_there(planned, written):
     assert planned.status is PlanStatus.COMPLETE
     assert {entry.name for entry in written.iterdir()} == FILES
     assert check_folder(written).ok
+
+
+def test_a_plan_that_fails_its_check_names_no_folder_that_is_gone(planned, tmp_path, monkeypatch):
+    def doubtful(folder, **options):
+        proof = check_folder(folder, **options)
+        return replace(proof, problems=(f"{folder / 'path.csv'}: line 44: is too near",))
+
+    monkeypatch.setattr("planner.report.folder.check_folder", doubtful)
+    with pytest.raises(PlannerError, match=r"its check failed \(path\.csv: line 44: is too near\)"):
+        planned.save(tmp_path / "plan")
+    assert not list(tmp_path.iterdir())
 
 
 def test_no_point_of_the_curve_is_nearer_than_asked_by_brute_force(planned):
@@ -229,6 +241,36 @@ def test_a_missing_or_damaged_file_is_named(folder, name, content):
     with pytest.raises(PlannerError, match=name) as caught:
         check_folder(folder)
     assert "\n" not in str(caught.value)
+
+
+def test_missing_settings_are_named_with_the_cure_of_a_plan(folder):
+    (folder / "config.toml").unlink()
+    for read in (check_folder, Plan.load):
+        with pytest.raises(PlannerError, match=r"config\.toml: is missing; plan again"):
+            read(folder)
+
+
+def test_settings_that_are_none_are_refused(scene):
+    with pytest.raises(TypeError, match="config must be a Config"):
+        plan(scene, "x")
+
+
+@pytest.mark.parametrize(
+    ("column", "by", "told"),
+    [
+        (0, 0.002, "t 5.002 where 5 was"),
+        (2, -0.0011, "y 6.9989 where 7 was"),
+        (4, -0.5, "yaw_deg 0.5 where 1 was"),
+        (6, 1.0, "segment 4 where 3 was"),
+    ],
+)
+def test_the_column_that_is_wrong_is_told(tmp_path, column, by, told):
+    wanted = np.array([[4.8, 6.0, 7.0, 8.0, 1.0, -20.0, 3.0], [5.0, 6.0, 7.0, 8.0, 1.0, -20.0, 3]])
+    rows = wanted.copy()
+    assert not row_faults(tmp_path, rows, wanted, first_line=2, source="path.json")
+    rows[1, column] += by
+    (fault,) = row_faults(tmp_path, rows, wanted, first_line=2, source="path.json")
+    assert f"line 3: is not what path.json gives ({told} expected, segment 3)" in fault
 
 
 def test_an_airspace_with_pickled_objects_is_refused(folder):

@@ -197,7 +197,7 @@ class Broken(Loose):
 @pytest.mark.parametrize("solver", ["Loose", "Broken"])
 def test_a_solver_that_cannot_order_photos_is_named_with_its_setting(solver):
     settings = RouteSettings(solver=f"{__name__}:{solver}")
-    with pytest.raises(PlannerError, match="route.solver = .*choose another") as refused:
+    with pytest.raises(PlannerError, match=r"route\.solver = .*choose another") as refused:
         order_viewpoints(scattered(9, 0), settings=settings, box=BOX, seed=0)
     assert str(refused.value).count("choose another") == 1
     assert not str(refused.value).endswith(".")

@@ -99,7 +99,7 @@ def test_what_is_said_of_the_plan_holds_for_all_sorties(both, tmp_path, monkeypa
     assert least < both.flight.path.clearance.min()  # else this shows nothing
     line = _outcome(both)
     for words, pattern in (
-        (drawn["caption"], r"proven to stay (\S+) m"),
+        (drawn["caption"], r"proven to stay at least (\S+) m"),
         (line, r"certified clearance (\S+) m"),
     ):
         told = float(re.search(pattern, words)[1])

@@ -73,7 +73,10 @@ def test_a_ceiling_under_d_min_says_by_how_much_to_raise_it(place):
     level = replace(place, ground=Ground(np.zeros((4, 4)), np.full(2, -50.0), 25.0))
     space = airspace(level, ceiling=2.0)
     assert roomiest(space).spare < 0.0
-    assert lack_of_room(space) == "airspace.ceiling 2 m is under d_min; raise it by over 1.00 m"
+    lack = lack_of_room(space)
+    assert lack.startswith(
+        "airspace.ceiling 2 m is under d_min; raise it by over 1.00 m, and by sc"
+    )
 
 
 def sloped(place, rise=0.2):
@@ -114,7 +117,7 @@ def test_a_ceiling_over_d_min_that_forbids_all_says_by_how_much_to_raise_it(plac
     space = airspace(steep, ceiling=3.1)
     message = lack_of_room(space, margin=0.1)
     assert message.startswith("airspace.ceiling 3.1 m forbids all; raise it by over ")
-    lack = float(message.split()[-2])
+    lack = float(message.split(" m, and by scale.voxel")[0].split()[-1])
     assert roomiest(airspace(steep, ceiling=3.1 + lack + 0.01)).spare >= 0.1
 
 
@@ -143,7 +146,7 @@ def test_a_margin_of_zones_that_takes_all_room_is_named(place):
     assert lack_of_room(space).endswith(", from which airspace.zone_margin keeps 40 m")
     level = replace(place, ground=Ground(np.zeros((4, 4)), np.full(2, -50.0), 25.0))
     under = lack_of_room(airspace(level, ceiling=2.0, zone_margin=4.0))
-    assert under == "airspace.ceiling 2 m is under d_min; raise it by over 5.00 m"
+    assert under.startswith("airspace.ceiling 2 m is under d_min; raise it by over 5.00 m, ")
     over = lack_of_room(airspace(level, ceiling=5.0, zone_margin=4.0), margin=0.0)
     assert over.startswith("airspace.ceiling 5 m forbids all; raise it by over 2.")
 
@@ -152,3 +155,12 @@ def test_room_that_only_the_margin_takes_is_named(place):
     space = airspace(place)
     margin = roomiest(space).spare + 1.0
     assert f"where flight.margin keeps {margin:g} m" in lack_of_room(space, margin=margin)
+
+
+def test_room_too_narrow_for_the_grid_is_told_from_room_far_away(place):
+    level = replace(place, ground=Ground(np.zeros((4, 4)), np.full(2, -50.0), 25.0))
+    narrow = lack_of_room(airspace(level, ceiling=3.5), margin=0.0)
+    assert narrow.endswith("lower scale.voxel or raise airspace.ceiling")
+    everywhere_near = ZoneSettings(polygon=rectangle(-90, -90, 90, 90))
+    far = lack_of_room(airspace(place, zones=(everywhere_near,), beyond=150.0), margin=0.0)
+    assert far.endswith("is too far from the scene")
