@@ -126,9 +126,7 @@ def _gaps(viewpoints: Viewpoints, graph: ViewGraph) -> list[tuple[Ints, Ints]]:
 def _helpful(both: ViewGraph, graph: ViewGraph) -> Ints:
     """Rows of the pool to add: joiners first, then what helps most, then a chain if needed."""
     count, size = len(graph.component), len(both.component)
-    linked = np.zeros((size, size), dtype=np.bool_)
-    linked[both.edges[:, 0], both.edges[:, 1]] = True
-    linked |= linked.T
+    linked = both.linked
     part = np.concatenate([graph.component, np.full(size - count, -1)])
     degree = np.bincount(both.ties[:, 0], minlength=size)
     degree[:count] = graph.degree

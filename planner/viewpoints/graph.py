@@ -46,6 +46,13 @@ class ViewGraph:
         return len(np.unique(self.ties[:, 1]))
 
     @property
+    def linked(self) -> Bools:
+        """Which viewpoints match with which, shape (V, V), symmetric; none does with itself."""
+        linked = np.zeros((len(self.component),) * 2, dtype=np.bool_)
+        linked[self.edges[:, 0], self.edges[:, 1]] = True
+        return linked | linked.T
+
+    @property
     def components(self) -> int:
         """Number of connected components; a reconstruction falls into as many pieces."""
         return int(self.component.max(initial=-1)) + 1

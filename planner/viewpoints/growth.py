@@ -5,12 +5,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.geometry.arrays import Bools, Ints
-from planner.viewpoints.likeness import Likeness, LinkRule, Shown
-from planner.viewpoints.reconstructability import GRAZING
-from planner.viewpoints.sight import SightRule
+from planner.viewpoints.graph import LinkRule, link
 from planner.viewpoints.subject import Subject
 from planner.viewpoints.viewpoints import Viewpoints
-from planner.viewpoints.visibility import count_views
 
 if TYPE_CHECKING:
     from solvers.pairs import PairCoverProblem
@@ -52,7 +49,9 @@ def spent(
 
     """
     poses = viewpoints.joined(offers.take(np.arange(min(len(offers), _MOST))))
-    linked, problem = _matching(poses, subject, links), _problem(poses, subject)
+    seen_by = subject.samples, subject.caster, subject.camera
+    linked = link(poses, *seen_by, reference=subject.reference, links=links).linked
+    problem = subject.problem(subject.at(poses.positions, poses.yaw_deg, poses.pitch_deg))
     best: _Crew | None = None
     for begun in dict.fromkeys((len(viewpoints), 0)):
         crew = _Crew(problem, linked, begun)
@@ -133,20 +132,5 @@ class _Crew:
         from scipy.sparse.csgraph import connected_components
 
         linked = self._linked[np.ix_(rows, rows)]
-        lack = (min(_LINKS, max(0, len(rows) - 1)) - linked.sum(axis=1) + 1).clip(0)
+        lack = (min(_LINKS, max(0, len(rows) - 1)) - linked.sum(axis=1)).clip(0)
         return np.array([connected_components(linked, directed=False)[0], lack.sum()])
-
-
-def _problem(poses: Viewpoints, subject: Subject) -> "PairCoverProblem":
-    """The poses, and what each shows of the samples."""
-    return subject.problem(subject.at(poses.positions, poses.yaw_deg, poses.pitch_deg))
-
-
-def _matching(poses: Viewpoints, subject: Subject, links: LinkRule) -> Bools:
-    """Which poses match with which, shape (n, n); each does with itself."""
-    rule = SightRule(d_min=0.0, d_max=subject.reference, max_incidence=GRAZING)
-    seen = count_views(poses, subject.samples, subject.caster, subject.camera, rule)
-    shown = Shown.of(poses, seen, subject.samples)
-    matching = Likeness.between(shown, shown).matching(links)
-    np.fill_diagonal(matching, True)
-    return matching
